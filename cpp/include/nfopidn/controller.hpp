@@ -1,0 +1,143 @@
+// L2. The nonlinear fractional-order PID neural controller: the law, once, for every Scalar.
+#pragma once
+
+#include "nfopidn/controller_settings.hpp"
+#include "nfopidn/reference.hpp"
+
+namespace nfopidn {
+
+// tau(k) = tau_ref(k) + tau_fb(k), limited, with
+//   tau_fb = [tau_fb(k-1) +] allocation * O(net),  net = taps * errors      (eqs. 31-36)
+// Filter is Fir<Scalar, Capacity, Slack>. step() runs in constant time; it neither allocates nor
+// throws.
+template <class Scalar, class Filter>
+class Controller {
+ public:
+  using Base = base_t<Scalar>;
+
+  // For a memory beyond the filter's capacity, or settings out of range, returns why and changes
+  // nothing. Keeps the memory of past errors and the last torque: call reset() for a fresh start.
+  constexpr Status configure(const ControllerSettings<Base>& settings,
+                             const ControlLimits<Base>& limits = {}) noexcept {
+    const Status status = settings.validate();
+    if (status != Status::ok) return status;
+    if (settings.memory + 2 > Filter::capacity) return Status::out_of_range;
+    if (!(limits.torque > Base(0)) || !(limits.speed_scale > Base(0))) return Status::out_of_range;
+    configure_structure(settings, limits);
+    Base taps[channel_count][Filter::capacity] = {};
+    Base work[Filter::capacity] = {};
+    for (int channel = 0; channel < channel_count; ++channel) {
+      const Base* gains = settings.gains[channel];
+      fuse_taps(settings.generator, gains[0], gains[1], gains[2], settings.alpha[channel],
+                settings.sigma[channel], settings.memory, taps[channel], work);
+    }
+    set_taps(taps[0], taps[1], taps[2], settings.memory + 2);
+    return Status::ok;
+  }
+
+  // Everything but the taps, which may be given with set_taps().
+  constexpr void configure_structure(const ControllerSettings<Base>& settings,
+                                     const ControlLimits<Base>& limits) noexcept {
+    allocation_ = settings.allocation;
+    form_ = settings.form;
+    activation_ = settings.activation;
+    frame_ = settings.frame;
+    lateral_ = settings.lateral;
+    anti_windup_ = settings.anti_windup;
+    limit_ = limits.torque;
+    const Base scale = settings.speed_scale > Base(0) ? settings.speed_scale : limits.speed_scale;
+    inverse_speed_scale_ = Base(1) / scale;
+  }
+
+  // Taps of the channels x, y, theta as fuse_taps() makes them, in Scalar or in Base.
+  template <class Tap>
+  constexpr void set_taps(const Tap* x, const Tap* y, const Tap* theta, int count) noexcept {
+    const Channels<const Tap*> taps = {x, y, theta};
+    filter_.set_taps(taps, {M::net_scale, M::net_scale, M::net_scale / M::angle_unit}, count);
+  }
+
+  constexpr void reset() noexcept {
+    filter_.reset();
+    feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
+  }
+
+  // The limited total torque. Call once a sample.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
+                                                   const ReferenceSample<Base>& reference) noexcept {
+    return step(measured, reference, M::heading(measured.theta));
+  }
+
+  // The same, for a caller that already has the measured heading's cosine and sine.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
+                                                   const ReferenceSample<Base>& reference,
+                                                   const Heading<Scalar>& heading) noexcept {
+    Channels<Scalar> error = world_errors(measured, reference);
+    if (frame_ == Frame::robot) error = rotate_into_robot(error, heading);
+    feed_lateral(error.y, reference);
+    const TorquePair<Scalar> neurons = allocate(filter_.step(error));
+    feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
+                 next_feedback(feedback_.right, neurons.right, reference.tau_right)};
+    return {limited(feedback_.left + reference.tau_left),
+            limited(feedback_.right + reference.tau_right)};
+  }
+
+  // The unlimited feedback part of the last step's torque.
+  constexpr TorquePair<Scalar> feedback() const noexcept { return feedback_; }
+  constexpr const Filter& filter() const noexcept { return filter_; }
+
+ private:
+  using M = math<Scalar>;
+
+  NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error, const ReferenceSample<Base>& reference) const {
+    if (lateral_ == Lateral::direction) {
+      if (reference.reverse) error = error * Base(-1);
+    } else if (lateral_ == Lateral::speed) {
+      error = error * (reference.v * inverse_speed_scale_);
+    }
+  }
+
+  // Eqs. 31-33: the neurons' outputs, shared out to the wheels.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> allocate(const Channels<Scalar>& net) const {
+    const bool neuron = activation_ == Activation::sigmoid;
+    const Scalar x = neuron ? M::sigmoid(net.x) : M::identity(net.x);
+    const Scalar y = neuron ? M::sigmoid(net.y) : M::identity(net.y);
+    const Scalar theta = neuron ? M::sigmoid(net.theta) : M::identity(net.theta);
+    const auto row = [&](const Base* share) {
+      return x * share[0] + y * share[1] + theta * share[2];
+    };
+    return {row(allocation_.matrix[0]), row(allocation_.matrix[1])};
+  }
+
+  // Eqs. 35-36 and the anti-windup rule, for one wheel.
+  NFOPIDN_INLINE constexpr Scalar next_feedback(const Scalar& last, const Scalar& neuron,
+                                               Base feedforward) const {
+    if (form_ == Form::positional) return neuron;
+    const Scalar next = last + neuron;
+    if (anti_windup_ == AntiWindup::none) return next;
+    const Scalar high = Scalar(limit_ - feedforward);
+    const Scalar low = Scalar(-limit_ - feedforward);
+    if (anti_windup_ == AntiWindup::hold) {
+      const Scalar zero = Scalar(Base(0));
+      const auto outward = ((next > high) & (neuron > zero)) | ((next < low) & (neuron < zero));
+      return M::select(outward, last, next);
+    }
+    return M::maximum(M::minimum(next, M::maximum(last, high)), M::minimum(last, low));
+  }
+
+  NFOPIDN_INLINE constexpr Scalar limited(const Scalar& torque) const {
+    return M::maximum(M::minimum(torque, Scalar(limit_)), Scalar(-limit_));
+  }
+
+  Filter filter_ = {};
+  TorquePair<Scalar> feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
+  Allocation<Base> allocation_ = Allocation<Base>::paper();
+  Base limit_ = Base(3.078);
+  Base inverse_speed_scale_ = Base(1);
+  Form form_ = Form::positional;
+  Activation activation_ = Activation::sigmoid;
+  Frame frame_ = Frame::robot;
+  Lateral lateral_ = Lateral::direction;
+  AntiWindup anti_windup_ = AntiWindup::none;
+};
+
+}  // namespace nfopidn

@@ -1,0 +1,157 @@
+// L2. The closed loop: control, cost and motion, sample by sample.
+#pragma once
+
+#include <utility>
+
+#include "nfopidn/controller.hpp"
+#include "nfopidn/plant.hpp"
+
+namespace nfopidn {
+
+constexpr int maximum_delay = 64;  // [samples]
+
+// What happens to the loop from outside. Pointers are borrowed; angles are in math<Scalar>'s unit.
+template <class Base>
+struct LoopInputs {
+  const ReferenceSample<Base>* reference = nullptr;  // `samples` of them
+  int samples = 0;
+  const Measurement<Base>* noise = nullptr;  // added to the measurement, per sample; may be null
+  const Disturbance<Base>* disturbance = nullptr;
+  bool disturbance_by_sample = false;  // else disturbance points to one, which is constant
+  int delay = 0;                       // samples from measurement to applied torque
+  bool feedforward = true;             // the law is given the reference torques
+  Base divergence_distance = Base(10);  // [m]
+};
+
+// Eq. 41's sum, and the divergence rule: a run diverges when its state is not finite or the robot
+// is more than a given distance from its reference; each sample from there on costs that distance
+// squared, and the sample count stays the full one.
+template <class Scalar>
+class CostMeter {
+ public:
+  using Base = base_t<Scalar>;
+  using M = math<Scalar>;
+
+  explicit constexpr CostMeter(Base divergence_distance)
+      : square_limit_(divergence_distance * divergence_distance) {}
+
+  // True errors, total torque after the limit. Returns whether any component is still running.
+  NFOPIDN_INLINE constexpr bool add(const Channels<Scalar>& error, const TorquePair<Scalar>& torque,
+                     const ReferenceSample<Base>& reference) {
+    const Scalar distance = error.x * error.x + error.y * error.y;
+    const Scalar angle = M::to_radians(error.theta);
+    const Scalar angle_square = angle * angle;
+    const Scalar left = reference.tau_left - torque.left;
+    const Scalar right = reference.tau_right - torque.right;
+    running_ = running_ & (distance <= square_limit_) & (angle_square == angle_square);
+    const Scalar term = distance + angle_square + (left * left + right * right);
+    sum_ = sum_ + M::select(running_, term, Scalar(Base(0)));
+    count_ = count_ + M::select(running_, Scalar(Base(1)), Scalar(Base(0)));
+    return M::any(running_);
+  }
+
+  constexpr Scalar cost(int samples) const {
+    return (sum_ + (Base(samples) - count_) * square_limit_) * (Base(1) / Base(samples));
+  }
+  // The sample at which the run diverged; `samples` when it did not.
+  constexpr Scalar completed() const { return count_; }
+
+ private:
+  Scalar sum_ = Scalar(Base(0));
+  Scalar count_ = Scalar(Base(0));
+  Base square_limit_;
+  typename M::Mask running_ = M::all();
+};
+
+template <class Scalar>
+struct LoopResult {
+  Scalar cost;       // eq. 41, E
+  Scalar completed;  // samples before the run diverged, all of them if it did not
+};
+
+namespace detail {
+
+// Torques on their way from the controller to the wheels. The wheels have none until the first.
+template <class Scalar>
+class DelayLine {
+ public:
+  explicit constexpr DelayLine(int delay) : delay_(delay) {
+    const Scalar zero = Scalar(base_t<Scalar>(0));
+    for (int i = 0; i < delay_; ++i) torques_[i] = {zero, zero};
+  }
+  constexpr TorquePair<Scalar> pass(const TorquePair<Scalar>& torque) {
+    if (delay_ == 0) return torque;
+    const TorquePair<Scalar> oldest = torques_[next_];
+    torques_[next_] = torque;
+    next_ = next_ + 1 == delay_ ? 0 : next_ + 1;
+    return oldest;
+  }
+
+ private:
+  TorquePair<Scalar> torques_[maximum_delay];
+  int delay_;
+  int next_ = 0;
+};
+
+// Whether the law takes the measured heading's cosine and sine, if the caller has them.
+template <class Law, class Scalar, class = void>
+constexpr bool takes_heading = false;
+template <class Law, class Scalar>
+constexpr bool takes_heading<
+    Law, Scalar,
+    std::void_t<decltype(std::declval<Law&>().step(
+        std::declval<Measurement<Scalar>>(), std::declval<ReferenceSample<base_t<Scalar>>>(),
+        std::declval<Heading<Scalar>>()))>> = true;
+
+// Without noise the true and the measured pose are one, and its cosine and sine are computed once.
+template <bool noisy, class Scalar, class Law, class Observer>
+constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& law,
+                                      State<Scalar> state,
+                                      const LoopInputs<base_t<Scalar>>& inputs,
+                                      Observer& observe) {
+  using Base = base_t<Scalar>;
+  CostMeter<Scalar> meter(inputs.divergence_distance);
+  DelayLine<Scalar> delay(inputs.delay);
+  for (int k = 0; k < inputs.samples; ++k) {
+    const ReferenceSample<Base>& reference = inputs.reference[k];
+    const Measurement<Scalar> exact = {state.x, state.y, state.theta, state.v, state.omega};
+    Measurement<Scalar> measured = exact;
+    if constexpr (noisy) {
+      measured.x = measured.x + inputs.noise[k].x;
+      measured.y = measured.y + inputs.noise[k].y;
+      measured.theta = measured.theta + inputs.noise[k].theta;
+    }
+    ReferenceSample<Base> shown = reference;
+    if (!inputs.feedforward) shown.tau_left = shown.tau_right = Base(0);
+    const Heading<Scalar> heading = math<Scalar>::heading(state.theta);
+    TorquePair<Scalar> torque;
+    if constexpr (takes_heading<Law, Scalar> && !noisy) {
+      torque = law.step(measured, shown, heading);
+    } else {
+      torque = law.step(measured, shown);
+    }
+    const bool running = meter.add(world_errors(exact, reference), torque, reference);
+    if (!running) break;
+    const TorquePair<Scalar> applied = delay.pass(torque);
+    observe(k, state, torque, applied);
+    plant.advance(state, heading, applied,
+                  inputs.disturbance[inputs.disturbance_by_sample ? k : 0]);
+  }
+  return {meter.cost(inputs.samples), meter.completed()};
+}
+
+}  // namespace detail
+
+// Runs `law` against `plant` from `state`. `observe(k, state, commanded, applied)` is called at
+// each sample, before the robot moves; a run that diverges ends before it is called.
+template <class Scalar, class Law, class Observer>
+constexpr LoopResult<Scalar> run_closed_loop(const Plant<base_t<Scalar>>& plant, Law& law,
+                                             const State<Scalar>& state,
+                                             const LoopInputs<base_t<Scalar>>& inputs,
+                                             Observer&& observe) {
+  return inputs.noise != nullptr
+             ? detail::run_loop<true, Scalar>(plant, law, state, inputs, observe)
+             : detail::run_loop<false, Scalar>(plant, law, state, inputs, observe);
+}
+
+}  // namespace nfopidn

@@ -1,0 +1,242 @@
+// L0. Everything in which one Scalar differs from another.
+//
+// The law and the plant call math<Scalar> and never mention lanes, angle units or scaling. The
+// elementary functions are the project's own polynomials, not libm's, so that a result does not
+// depend on the machine it was computed on. Coefficients: minimax fits made with mpmath.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "nfopidn/inlining.hpp"
+
+namespace nfopidn {
+
+template <class Scalar>
+struct Heading {
+  Scalar cosine;
+  Scalar sine;
+};
+
+namespace kernel {
+
+// Truncation errors, relative: sine 3.3e-18 / 4.6e-12, cosine 6.1e-17 / 6.4e-11,
+// exponential fraction 4.8e-18 / 5.3e-10, logarithm 1.1e-18 / 6.9e-10 (double / float).
+template <class Base>
+struct Coefficients;
+
+template <>
+struct Coefficients<double> {
+  // sin(r)/r and (cos(r) - 1)/r^2 in powers of r^2, |r| <= pi/4.
+  static constexpr double sine[] = {0.99999999999999999669,    -0.16666666666666614755,
+                                    0.0083333333333200026652,  -0.0001984126982840228381,
+                                    2.7557313299057388844e-6,  -2.5050705851203878509e-8,
+                                    1.5894136555061914812e-10};
+  static constexpr double cosine[] = {-0.49999999999999413893,   0.041666666666487852434,
+                                      -0.0013888888870591999691, 0.000024801578649425007947,
+                                      -2.7555242416573213756e-7, 2.0630636657875152375e-9};
+  // 2^f = (P(f^2) + f Q(f^2)) / (P(f^2) - f Q(f^2)), |f| <= 1/2.
+  static constexpr double exponential_q[] = {1513.8603572566878809, 20.201667274710017376,
+                                             0.023094408441397100752};
+  static constexpr double exponential_p[] = {4368.077660025236169, 233.17769678881258521, 1.0};
+  // log((1+s)/(1-s))/s in powers of s^2, |s| <= 0.1716.
+  static constexpr double logarithm[] = {1.9999999999999999977,  0.66666666666667652,
+                                         0.39999999999298885927, 0.2857142876134619701,
+                                         0.22222196988277934093, 0.18183635093352953873,
+                                         0.15312443766477945721, 0.14810529835259688785};
+  // atan(s)/s in powers of s^2, |s| <= tan(pi/8).
+  static constexpr double arctangent[] = {
+      0.99999999999999999879,   -0.33333333333333129135, 0.1999999999994273719,
+      -0.14285714279417233023,  0.11111110752675739241,  -0.09090897019349409225,
+      0.076920488866427368626,  -0.066629904374824218024, 0.058471478714156941738,
+      -0.050362709720558276709, 0.037993885986781624259, -0.017835689854521083735};
+  // pi/2 in two parts; the first has 33 bits, so that n times it is exact for |n| < 2^20.
+  static constexpr double half_pi[] = {1.5707963267341256, 6.07710050650619224932e-11};
+  static constexpr double round_magic = 6755399441055744.0;  // 1.5 * 2^52
+  using Bits = std::uint64_t;
+  using SignedBits = std::int64_t;
+  static constexpr int mantissa_bits = 52;
+  static constexpr Bits exponent_bias = 1023;
+};
+
+template <>
+struct Coefficients<float> {
+  static constexpr float sine[] = {0.99999999999545050511F, -0.16666666630446393904F,
+                                   0.0083333286901604510011F, -0.00019839178356922257279F,
+                                   2.7171528124825939962e-6F};
+  static constexpr float cosine[] = {-0.49999999694480936993F, 0.041666620357434949657F,
+                                     -0.0013886681654879084233F, 0.000024383567825801791511F};
+  static constexpr float exponential_q[] = {7.2150253886211493751F, 0.057700476756452952788F};
+  static constexpr float exponential_p[] = {20.818162707168088868F, 1.0F};
+  static constexpr float logarithm[] = {1.9999999986213479826F, 0.66666815950357411398F,
+                                        0.39974794942011273262F, 0.29925650692439440629F};
+  static constexpr float arctangent[] = {0.99999998199538154833F, -0.33332799192025273744F,
+                                         0.19974470311604157645F, -0.13852088276318902232F,
+                                         0.079867376412963420527F};
+  static constexpr float half_pi[] = {1.5703125F, 4.83826794896619e-4F};
+  static constexpr float round_magic = 12582912.0F;  // 1.5 * 2^23
+  using Bits = std::uint32_t;
+  using SignedBits = std::int32_t;
+  static constexpr int mantissa_bits = 23;
+  static constexpr Bits exponent_bias = 127;
+};
+
+// Estrin's scheme: the sum waits for few dependent operations. `powers` holds argument^(2^i).
+template <int begin, int end, int level, class Value, class Base, int count>
+NFOPIDN_INLINE constexpr Value polynomial_part(const Value* powers,
+                                               const Base (&coefficients)[count]) {
+  if constexpr (end - begin == 1) {
+    return Value(coefficients[begin]);
+  } else {
+    constexpr int half = 1 << level;
+    if constexpr (end - begin <= half) {
+      return polynomial_part<begin, end, level - 1>(powers, coefficients);
+    } else {
+      return polynomial_part<begin, begin + half, level - 1>(powers, coefficients) +
+             powers[level] * polynomial_part<begin + half, end, level - 1>(powers, coefficients);
+    }
+  }
+}
+
+template <class Value, class Base, int count>
+NFOPIDN_INLINE constexpr Value polynomial(const Value& argument,
+                                          const Base (&coefficients)[count]) {
+  static_assert(count <= 16, "four levels");
+  Value powers[4] = {argument, argument, argument, argument};
+  for (int i = 1; i < 4; ++i) powers[i] = powers[i - 1] * powers[i - 1];
+  return polynomial_part<0, count, 3>(powers, coefficients);
+}
+
+template <class To, class From>
+inline To bit_cast(const From& from) noexcept {
+  static_assert(sizeof(To) == sizeof(From), "bit_cast needs equal sizes");
+  To to;
+  std::memcpy(&to, &from, sizeof(To));
+  return to;
+}
+
+}  // namespace kernel
+
+// For float and double. Angles are in radians and nets are unscaled.
+// Lanes and dual numbers specialise this, in headers of their own.
+template <class Scalar>
+struct math {
+  using Base = Scalar;  // what is the same for all of a Scalar's components
+  using Mask = bool;
+  using Constants = kernel::Coefficients<Scalar>;
+  using Bits = typename Constants::Bits;
+  using SignedBits = typename Constants::SignedBits;
+
+  static constexpr Base pi = Base(3.14159265358979323846);
+  static constexpr Base angle_unit = Base(1);  // internal angle units in a radian
+  static constexpr Base net_scale = Base(1);   // internal net units in one of eq. 34
+  static constexpr bool has_order = true;      // comparisons give one answer, so code may branch
+
+  // Nearest whole number, ties to even, for |value| < 2^(mantissa_bits - 2).
+  static constexpr Scalar round(Scalar value) {
+    return (value + Constants::round_magic) - Constants::round_magic;
+  }
+
+  NFOPIDN_INLINE static Heading<Scalar> heading(Scalar angle) {
+    const Scalar shifted = angle * Scalar(2 / pi) + Constants::round_magic;
+    const Scalar quarters = shifted - Constants::round_magic;
+    const Scalar rest =
+        (angle - quarters * Constants::half_pi[0]) - quarters * Constants::half_pi[1];
+    const Scalar square = rest * rest;
+    Scalar sine = rest * kernel::polynomial(square, Constants::sine);
+    Scalar cosine = square * kernel::polynomial(square, Constants::cosine) + Scalar(1);
+    const Bits quadrant = kernel::bit_cast<Bits>(shifted);
+    if (quadrant & 1) {
+      const Scalar swap = sine;
+      sine = cosine;
+      cosine = -swap;
+    }
+    return (quadrant & 2) ? Heading<Scalar>{-cosine, -sine} : Heading<Scalar>{cosine, sine};
+  }
+
+  // To [-pi, pi). The loop's errors nearly always lie there already.
+  NFOPIDN_INLINE static constexpr Scalar wrap(Scalar angle) {
+    if (angle >= -pi && angle < pi) return angle;
+    const Scalar turns = round(angle * Scalar(1 / (2 * pi)));
+    const Scalar rest = (angle - turns * (4 * Constants::half_pi[0])) -
+                        turns * (4 * Constants::half_pi[1]);
+    if (rest >= pi) return rest - 2 * pi < -pi ? -pi : rest - 2 * pi;
+    return rest < -pi ? rest + 2 * pi : rest;
+  }
+
+  // 2/(1 + e^-net) - 1, the neuron of eq. 33, absolute error about 1 unit in the last place of 1.
+  NFOPIDN_INLINE static Scalar sigmoid(Scalar net) {
+    const Scalar power = net * Scalar(1.44269504088896340736);
+    constexpr Scalar saturation = 60;  // in powers of two: 1 - 2^-60 is 1
+    if (power > saturation) return Scalar(1);
+    if (power < -saturation) return Scalar(-1);
+    const Scalar shifted = power + Constants::round_magic;
+    const Scalar fraction = power - (shifted - Constants::round_magic);
+    const Scalar square = fraction * fraction;
+    const Scalar odd = fraction * kernel::polynomial(square, Constants::exponential_q);
+    const Scalar even = kernel::polynomial(square, Constants::exponential_p);
+    const Scalar above = power_of_two(shifted) * (even + odd);
+    const Scalar below = even - odd;
+    return (above - below) / (above + below);
+  }
+
+  static constexpr Scalar identity(Scalar net) { return net; }
+  static constexpr Base value(Scalar scalar) { return scalar; }
+
+  static constexpr Scalar from_radians(Scalar angle) { return angle; }
+  static constexpr Scalar to_radians(Scalar angle) { return angle; }
+
+  static constexpr Scalar minimum(Scalar a, Scalar b) { return b < a ? b : a; }
+  static constexpr Scalar maximum(Scalar a, Scalar b) { return a < b ? b : a; }
+  static constexpr Scalar absolute(Scalar value) { return value < 0 ? -value : value; }
+  static constexpr Scalar select(Mask condition, Scalar yes, Scalar no) { return condition ? yes : no; }
+  static constexpr Mask all() { return true; }
+  static constexpr bool any(Mask mask) { return mask; }
+  static constexpr bool is_finite(Scalar value) { return value - value == Scalar(0); }
+
+  // Natural logarithm of a positive, normal number.
+  static Scalar log(Scalar value) {
+    Bits bits = kernel::bit_cast<Bits>(value);
+    // Take the mantissa to [1/sqrt 2, sqrt 2), where s below stays under 0.1716.
+    const Bits root = kernel::bit_cast<Bits>(Scalar(0.70710678118654752440));
+    const SignedBits exponent =
+        static_cast<SignedBits>(bits - root) >> Constants::mantissa_bits;
+    bits -= Bits(exponent) << Constants::mantissa_bits;
+    const Scalar mantissa = kernel::bit_cast<Scalar>(bits);
+    const Scalar s = (mantissa - 1) / (mantissa + 1);
+    return Scalar(exponent) * Scalar(0.69314718055994530942) +
+           s * kernel::polynomial(s * s, Constants::logarithm);
+  }
+
+  // The angle of the vector (x, y) in [-pi, pi], 0 for the null vector.
+  static constexpr Scalar angle_of(Scalar y, Scalar x) {
+    const Scalar wide = absolute(x);
+    const Scalar high = absolute(y);
+    const Scalar low_side = minimum(wide, high);
+    const Scalar long_side = maximum(wide, high);
+    if (!(long_side > 0)) return 0;
+    Scalar ratio = low_side / long_side;
+    Scalar angle = 0;
+    if (ratio > Scalar(0.41421356237309504880)) {  // tan(pi/8)
+      ratio = (low_side - long_side) / (low_side + long_side);
+      angle = pi / 4;
+    }
+    angle += ratio * kernel::polynomial(ratio * ratio, Constants::arctangent);
+    if (high > wide) angle = pi / 2 - angle;
+    if (x < 0) angle = pi - angle;
+    return y < 0 ? -angle : angle;
+  }
+
+ private:
+  // 2^n, where n is the whole number in the low bits of n + round_magic.
+  static Scalar power_of_two(Scalar shifted) {
+    const Bits magic = kernel::bit_cast<Bits>(Constants::round_magic);
+    const Bits exponent = kernel::bit_cast<Bits>(shifted) - magic + Constants::exponent_bias;
+    return kernel::bit_cast<Scalar>(Bits(exponent << Constants::mantissa_bits));
+  }
+};
+
+template <class Scalar>
+using base_t = typename math<Scalar>::Base;
+
+}  // namespace nfopidn

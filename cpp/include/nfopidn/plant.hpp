@@ -1,0 +1,97 @@
+// L1. One sample of the robot's motion under constant torques, by either integrator.
+#pragma once
+
+#include "nfopidn/exact_motion.hpp"
+#include "nfopidn/friction.hpp"
+
+namespace nfopidn {
+
+enum class Integrator : unsigned char {
+  semi_implicit_euler,  // v and omega first, then the pose with them: the paper's scenario
+  exact,                // the pose to 1e-10: see exact_motion.hpp
+};
+
+template <>
+struct ChoiceNames<Integrator> {
+  static constexpr const char* names[] = {"semi-implicit-euler", "exact"};
+};
+
+template <class Base>
+class Plant {
+ public:
+  // `dt` is the sample time [s], divided into `substeps` equal steps.
+  constexpr Plant(const Robot<Base>& robot, const Friction<Base>& friction, Integrator integrator,
+                  Base dt, int substeps)
+      : acceleration_(robot),
+        friction_(robot, friction),
+        integrator_(integrator),
+        step_(dt / Base(substeps)),
+        drive_gain_(step_ * acceleration_.drive),
+        steer_gain_(step_ * acceleration_.steer),
+        force_gain_(step_ * acceleration_.inverse_mass),
+        moment_gain_(step_ * acceleration_.inverse_inertia),
+        substeps_(substeps),
+        has_friction_(friction.viscous != Base(0) || friction.coulomb != Base(0)) {}
+
+  // `heading` is that of state.theta.
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
+                                        const TorquePair<Scalar>& torque,
+                                        const Disturbance<Base>& outside) const {
+    if (integrator_ == Integrator::semi_implicit_euler) {
+      euler(state, heading, torque, outside);
+      for (int i = 1; i < substeps_; ++i) {
+        euler(state, math<Scalar>::heading(state.theta), torque, outside);
+      }
+    } else if constexpr (math<Scalar>::has_order) {
+      const Scalar linear = acceleration_.linear(torque, outside);
+      const Scalar angular = acceleration_.angular(torque, outside);
+      for (int i = 0; i < substeps_; ++i) {
+        exact_motion(acceleration_, friction_, step_, linear, angular, state);
+      }
+    }
+  }
+
+ private:
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr void euler(State<Scalar>& state, const Heading<Scalar>& heading,
+                                      const TorquePair<Scalar>& torque,
+                                      const Disturbance<Base>& outside) const {
+    state.v = (state.v + outside.force * force_gain_) + (torque.left + torque.right) * drive_gain_;
+    state.omega =
+        (state.omega + outside.moment * moment_gain_) + (torque.left - torque.right) * steer_gain_;
+    if (has_friction_) rub(state);
+    const Scalar distance = state.v * step_;
+    state.x = state.x + distance * heading.cosine;
+    state.y = state.y + distance * heading.sine;
+    state.theta = state.theta + math<Scalar>::from_radians(state.omega * step_);
+  }
+
+  // Implicit in both kinds of friction, so that no step size makes it unstable or chatter.
+  template <class Scalar>
+  NFOPIDN_NOINLINE constexpr void rub(State<Scalar>& state) const {
+    state.v = state.v * (Base(1) / (Base(1) + step_ * friction_.linear_rate));
+    state.omega = state.omega * (Base(1) / (Base(1) + step_ * friction_.angular_rate));
+    if (friction_.coulomb == Base(0)) return;
+    const Scalar turn = state.omega * friction_.half_track;
+    const Base per_radius = Base(1) / friction_.wheel_radius;
+    const TorquePair<Scalar> speeds = {(state.v + turn) * per_radius, (state.v - turn) * per_radius};
+    const TorquePair<Scalar> impulse =
+        opposing_friction(friction_, speeds, friction_.coulomb * step_);
+    state.v = state.v + (impulse.left + impulse.right) * acceleration_.drive;
+    state.omega = state.omega + (impulse.left - impulse.right) * acceleration_.steer;
+  }
+
+  Acceleration<Base> acceleration_;
+  FrictionCoefficients<Base> friction_;
+  Integrator integrator_;
+  Base step_;         // [s]
+  Base drive_gain_;   // changes of v and omega in a step, per N m, N and N m
+  Base steer_gain_;
+  Base force_gain_;
+  Base moment_gain_;
+  int substeps_;
+  bool has_friction_;
+};
+
+}  // namespace nfopidn

@@ -1,0 +1,44 @@
+// L2. One sample of the reference, and what the controller is shown of the robot.
+#pragma once
+
+#include "nfopidn/robot.hpp"
+
+namespace nfopidn {
+
+template <class Base>
+struct ReferenceSample {
+  Base x;           // [m]
+  Base y;           // [m]
+  Base theta;       // in the angle unit of math<Scalar>: [rad] for float and double
+  Base v;           // signed along the heading [m/s]
+  Base omega;       // [rad/s]
+  Base tau_left;    // feedforward torque [N m]
+  Base tau_right;   // [N m]
+  bool reverse;     // the reference drives backwards
+};
+
+template <class Scalar>
+struct Measurement {
+  Scalar x;      // [m]
+  Scalar y;      // [m]
+  Scalar theta;  // in the angle unit of math<Scalar>
+  Scalar v;      // [m/s]; NFOPIDN never reads v and omega
+  Scalar omega;  // [rad/s]
+};
+
+// Errors, reference minus measured, in the robot's frame or the world's.
+template <class Scalar>
+NFOPIDN_INLINE constexpr Channels<Scalar> world_errors(const Measurement<Scalar>& measured,
+                                        const ReferenceSample<base_t<Scalar>>& reference) {
+  return {reference.x - measured.x, reference.y - measured.y,
+          math<Scalar>::wrap(reference.theta - measured.theta)};
+}
+
+template <class Scalar>
+NFOPIDN_INLINE constexpr Channels<Scalar> rotate_into_robot(const Channels<Scalar>& world,
+                                             const Heading<Scalar>& heading) {
+  return {heading.cosine * world.x + heading.sine * world.y,
+          heading.cosine * world.y - heading.sine * world.x, world.theta};
+}
+
+}  // namespace nfopidn

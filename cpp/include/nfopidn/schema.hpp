@@ -1,0 +1,103 @@
+// L0. How a settings struct describes its fields, once, for everyone who needs the list: JSON,
+// command-line options, Python keywords, range checks and the tests that turn every knob.
+//
+// A settings struct has   template <class Visitor> static constexpr void fields(Visitor&& visit)
+// that calls visit(Field) for each field in order. A choice (an enum) has a ChoiceNames.
+#pragma once
+
+#include <limits>
+#include <type_traits>
+
+#include "nfopidn/status.hpp"
+
+namespace nfopidn {
+
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false;   // low itself is refused
+  bool high_open = false;  // high itself is refused
+
+  template <class Number>
+  constexpr bool contains(Number value) const {
+    const double number = static_cast<double>(value);
+    return (low_open ? number > low : number >= low) &&
+           (high_open ? number < high : number <= high);
+  }
+};
+
+constexpr Range any_number() { return {}; }
+constexpr Range greater_than(double low) {
+  return {low, std::numeric_limits<double>::infinity(), true, false};
+}
+constexpr Range at_least(double low) {
+  return {low, std::numeric_limits<double>::infinity(), false, false};
+}
+constexpr Range between(double low, double high) { return {low, high, false, false}; }
+
+template <class Owner, class Value>
+struct Field {
+  const char* name;
+  Value Owner::*member;
+  const char* unit;    // "" where there is none
+  Range range;         // of every number in the field
+  const char* text;    // one line, for people
+  const char* option;  // the command line's name for it, without the dashes
+};
+
+template <class Owner, class Value>
+constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, const char* unit,
+                                    Range range, const char* text, const char* option = nullptr) {
+  return {name, member, unit, range, text, option};
+}
+
+// The words of a choice, in the order of the enum's values.
+template <class Choice>
+struct ChoiceNames;  // static constexpr const char* names[]
+
+// What is wrong with a settings struct: the first field that breaks its range.
+struct Finding {
+  Status status = Status::ok;
+  const char* field = "";
+  double value = 0;
+  Range range = {};
+};
+
+namespace detail {
+
+struct RangeCheck {
+  Finding finding;
+
+  template <class Number>
+  constexpr void number(const char* name, const Range& range, Number value) {
+    if (finding.status != Status::ok) return;
+    const bool finite = value - value == Number(0);
+    if (finite && range.contains(value)) return;
+    finding = {finite ? Status::out_of_range : Status::not_finite, name,
+               static_cast<double>(value), range};
+  }
+  template <class Value>
+  constexpr void check(const char* name, const Range& range, const Value& value) {
+    if constexpr (std::is_array_v<Value>) {
+      for (const auto& element : value) check(name, range, element);
+    } else if constexpr (std::is_class_v<Value>) {
+      check(name, range, value.matrix);
+    } else if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
+      number(name, range, value);
+    }
+  }
+};
+
+}  // namespace detail
+
+// Checks every number of a settings struct against its field's range.
+template <class Settings>
+constexpr Finding check_ranges(const Settings& settings) noexcept {
+  detail::RangeCheck visitor;
+  Settings::fields([&](const auto& field) {
+    visitor.check(field.name, field.range, settings.*field.member);
+  });
+  return visitor.finding;
+}
+
+}  // namespace nfopidn

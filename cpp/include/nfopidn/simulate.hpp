@@ -1,0 +1,77 @@
+// L3. Runs a scenario under a controller.
+#pragma once
+
+#include "nfopidn/metrics.hpp"
+
+namespace nfopidn {
+
+struct SimulationResult {
+  RunTable table;  // a row a sample, up to where the run diverged
+  Metrics metrics;
+  bool diverged = false;
+  double diverged_at = 0;  // [s], when diverged
+};
+
+namespace detail {
+
+template <class Law>
+SimulationResult record(const PreparedRun& run, Law& law) {
+  const Scenario& scenario = *run.scenario;
+  SimulationResult result;
+  result.table.resize(static_cast<Eigen::Index>(run.reference.size()), column_count);
+  const auto observe = [&](int k, const State<double>& state, const TorquePair<double>& torque,
+                           const TorquePair<double>&) {
+    const ReferenceSample<double>& r = run.reference[static_cast<std::size_t>(k)];
+    const Measurement<double> exact = {state.x, state.y, state.theta, state.v, state.omega};
+    const Channels<double> error =
+        rotate_into_robot(world_errors(exact, r), math<double>::heading(state.theta));
+    const TorquePair<double> feedback = law.feedback();
+    result.table.row(k) << k * scenario.trajectory.dt(), r.x, r.y, r.theta, state.x, state.y,
+        state.theta, state.v, state.omega, error.x, error.y, error.theta, r.tau_left, r.tau_right,
+        feedback.left, feedback.right, torque.left, torque.right;
+  };
+  law.reset();
+  const LoopResult<double> loop =
+      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe);
+  const auto completed = static_cast<Eigen::Index>(loop.completed);
+  result.diverged = completed < result.table.rows();
+  result.diverged_at = static_cast<double>(completed) * scenario.trajectory.dt();
+  if (result.diverged) result.table = RunTable(result.table.topRows(completed));
+  result.metrics = measure(result.table, loop.cost, scenario);
+  return result;
+}
+
+constexpr int host_slack = 57;  // spare history of a host-side filter: its shift becomes rare
+
+}  // namespace detail
+
+// Calls `use` with a controller whose filter fits the settings' memory: short ones are unrolled.
+template <class Use>
+decltype(auto) with_controller(const ControllerSettings<double>& settings,
+                               const ControlLimits<double>& limits, Use&& use) {
+  const auto apply = [&](auto&& law) {
+    law.configure(settings, limits);
+    return use(law);
+  };
+  if (settings.memory <= 5) return apply(Controller<double, Fir<double, 7, detail::host_slack>>());
+  if (settings.memory <= 8) return apply(Controller<double, Fir<double, 10, detail::host_slack>>());
+  return apply(Controller<double, Fir<double, maximum_memory + 2, maximum_memory>>());
+}
+
+// The whole run, recorded. Scenario and settings must be valid.
+inline SimulationResult simulate(const Scenario& scenario,
+                                 const ControllerSettings<double>& settings) {
+  const PreparedRun run = prepare(scenario);
+  return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
+}
+
+// The cost alone (eq. 41), without recording.
+inline double evaluate(const PreparedRun& run, const ControllerSettings<double>& settings) {
+  return with_controller(settings, run.limits, [&](auto& law) {
+    law.reset();
+    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})
+        .cost;
+  });
+}
+
+}  // namespace nfopidn

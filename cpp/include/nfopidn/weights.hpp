@@ -1,0 +1,75 @@
+// L1. Weights of the fractional operators' generating functions, and their fusion into taps.
+#pragma once
+
+#include "nfopidn/schema.hpp"
+
+namespace nfopidn {
+
+// The power series that stands for s^order.
+enum class Generator : unsigned char {
+  tustin,  // ((1 - w)/(1 + w))^order, the paper's
+  gl,      // (1 - w)^order, Gruenwald-Letnikov; exact at whole orders
+};
+
+template <>
+struct ChoiceNames<Generator> {
+  static constexpr const char* names[] = {"tustin", "gl"};
+};
+
+// Writes f_0 .. f_memory of ((1 - w)/(1 + w))^order (eqs. 16-19 with the recursion corrected:
+// j f_j = -2 order f_{j-1} + (j - 2) f_{j-2}).
+template <class Scalar>
+constexpr void tustin_weights(const Scalar& order, int memory, Scalar* weights) {
+  weights[0] = Scalar(1);
+  if (memory < 1) return;
+  weights[1] = order * Scalar(-2);
+  for (int j = 2; j <= memory; ++j) {
+    weights[j] = (weights[1] * weights[j - 1] + weights[j - 2] * Scalar(j - 2)) / Scalar(j);
+  }
+}
+
+// Writes g_0 .. g_memory of (1 - w)^order: g_j = g_{j-1} (j - 1 - order)/j.
+template <class Scalar>
+constexpr void grunwald_letnikov_weights(const Scalar& order, int memory, Scalar* weights) {
+  weights[0] = Scalar(1);
+  for (int j = 1; j <= memory; ++j) {
+    weights[j] = weights[j - 1] * (Scalar(j - 1) - order) / Scalar(j);
+  }
+}
+
+template <class Scalar>
+constexpr void generator_weights(Generator generator, const Scalar& order, int memory,
+                                 Scalar* weights) {
+  if (generator == Generator::tustin) {
+    tustin_weights(order, memory, weights);
+  } else {
+    grunwald_letnikov_weights(order, memory, weights);
+  }
+}
+
+// The three sums of eq. 34 as one filter: writes the memory + 2 taps of
+//   net(k) = kp (e_k - e_{k-1}) + kd sum f_j(alpha) (e_{k-j} - e_{k-j-1})
+//          + ki sum f_j(1 - sigma) (e_{k-j} + e_{k-j-1}),      j = 0 .. memory
+// With the generator gl the last sum runs over g_j(1 - sigma) e_{k-j} alone, which at orders
+// (1, 1) makes net the increment of the textbook PID.
+// `work` is memory + 1 scalars of scratch.
+template <class Scalar>
+constexpr void fuse_taps(Generator generator, const Scalar& kp, const Scalar& ki, const Scalar& kd,
+                         const Scalar& alpha, const Scalar& sigma, int memory, Scalar* taps,
+                         Scalar* work) {
+  for (int j = 0; j < memory + 2; ++j) taps[j] = Scalar(0);
+  taps[0] += kp;
+  taps[1] -= kp;
+  generator_weights(generator, alpha, memory, work);
+  for (int j = 0; j <= memory; ++j) {
+    taps[j] += kd * work[j];
+    taps[j + 1] -= kd * work[j];
+  }
+  generator_weights(generator, Scalar(1) - sigma, memory, work);
+  for (int j = 0; j <= memory; ++j) {
+    taps[j] += ki * work[j];
+    if (generator == Generator::tustin) taps[j + 1] += ki * work[j];
+  }
+}
+
+}  // namespace nfopidn
