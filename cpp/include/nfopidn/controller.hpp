@@ -62,8 +62,8 @@ class Controller {
   }
 
   // The limited total torque. Call once a sample.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
-                                                   const ReferenceSample<Base>& reference) noexcept {
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
+      const Measurement<Scalar>& measured, const ReferenceSample<Base>& reference) noexcept {
     return step(measured, reference, M::heading(measured.theta));
   }
 
@@ -88,7 +88,8 @@ class Controller {
  private:
   using M = math<Scalar>;
 
-  NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error, const ReferenceSample<Base>& reference) const {
+  NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
+                                             const ReferenceSample<Base>& reference) const {
     if (lateral_ == Lateral::direction) {
       if (reference.reverse) error = error * Base(-1);
     } else if (lateral_ == Lateral::speed) {
@@ -110,7 +111,7 @@ class Controller {
 
   // Eqs. 35-36 and the anti-windup rule, for one wheel.
   NFOPIDN_INLINE constexpr Scalar next_feedback(const Scalar& last, const Scalar& neuron,
-                                               Base feedforward) const {
+                                                Base feedforward) const {
     if (form_ == Form::positional) return neuron;
     const Scalar next = last + neuron;
     if (anti_windup_ == AntiWindup::none) return next;

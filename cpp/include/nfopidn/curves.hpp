@@ -28,11 +28,11 @@ struct ChoiceNames<Curve> {
 // A point of the path with its motion. The heading is continuous and the speed signed: at a cusp
 // the robot reverses. Headings may differ by whole turns from one point to the next.
 struct PathPoint {
-  double x, y;              // [m]
-  double theta;             // [rad]
-  double v;                 // [m/s]
-  double omega;             // [rad/s]
-  double acceleration;      // dv/dt [m/s^2]
+  double x, y;               // [m]
+  double theta;              // [rad]
+  double v;                  // [m/s]
+  double omega;              // [rad/s]
+  double acceleration;       // dv/dt [m/s^2]
   double turn_acceleration;  // d(omega)/dt [rad/s^2]
 };
 
@@ -139,19 +139,23 @@ inline PathPoint path_point(Curve curve, int cusps, double phase, double rate) {
   const double s = h.sine;
   constexpr double per_radian = 6 / (2 * detail::Real::pi);
   switch (curve) {
-    case Curve::ranunculoid: return detail::epicycloid(phase, rate, cusps);
+    case Curve::ranunculoid:
+      return detail::epicycloid(phase, rate, cusps);
     case Curve::circle:
       return {2 * c, 2 * s, phase + detail::Real::pi / 2, 2 * rate, rate, 0, 0};
-    case Curve::lemniscate: return detail::from_jet(detail::lemniscate(phase), rate);
+    case Curve::lemniscate:
+      return detail::from_jet(detail::lemniscate(phase), rate);
     case Curve::eight:
       return detail::from_jet({{2 * s, 2 * c, -2 * s, -2 * c},
                                {2 * s * c, 2 * (c * c - s * s), -8 * s * c, -8 * (c * c - s * s)}},
                               rate);
     case Curve::sine:
       return detail::from_jet({{per_radian * phase, per_radian, 0, 0}, {s, c, -s, -c}}, rate);
-    case Curve::rounded_square: return detail::rounded_square(phase, rate);
+    case Curve::rounded_square:
+      return detail::rounded_square(phase, rate);
     case Curve::line:
-    case Curve::samples: break;
+    case Curve::samples:
+      break;
   }
   return {per_radian * phase, 0, 0, per_radian * rate, 0, 0, 0};
 }

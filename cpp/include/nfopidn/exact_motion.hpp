@@ -18,7 +18,8 @@ namespace exact {
 constexpr int max_pieces = 16;
 
 // The first time in (0, span] at which the function, positive just after 0, becomes negative;
-// span if it does not. The function rises and falls at most once each, `slope` being its derivative.
+// span if it does not. The function rises and falls at most once each, `slope` being its
+// derivative.
 template <class Scalar, class Base, class Function, class Slope>
 constexpr Scalar first_crossing(const Function& function, const Slope& slope, Base span) {
   const auto value = [&](Base t) { return math<Scalar>::value(function(Scalar(t))); };
@@ -178,9 +179,9 @@ class Stepper {
     const Scalar stop = first_crossing<Scalar>(
         [&](const Scalar& t) { return moved(t) * sign_[moving]; },
         [&](const Scalar& t) { return gain * remaining(rate, t) * sign_[moving]; }, span);
-    const Scalar up = first_crossing<Scalar>(
-        [&](const Scalar& t) { return Scalar(c) - hold(t); },
-        [&](const Scalar& t) { return hold_slope(t) * Base(-1); }, span);
+    const Scalar up =
+        first_crossing<Scalar>([&](const Scalar& t) { return Scalar(c) - hold(t); },
+                               [&](const Scalar& t) { return hold_slope(t) * Base(-1); }, span);
     const Scalar down = first_crossing<Scalar>([&](const Scalar& t) { return Scalar(c) + hold(t); },
                                                hold_slope, span);
     Scalar time = rest;
@@ -217,8 +218,8 @@ class Stepper {
   const Scalar& linear_;
   const Scalar& angular_;
   State<Scalar>& state_;
-  Scalar push_[2] = {};     // friction at each wheel [N m]
-  Base sign_[2] = {};       // the way each wheel slides
+  Scalar push_[2] = {};  // friction at each wheel [N m]
+  Base sign_[2] = {};    // the way each wheel slides
   bool stuck_[2] = {};
 };
 
@@ -227,8 +228,9 @@ class Stepper {
 // `linear` and `angular` are the accelerations of torque and disturbance, without friction.
 template <class Scalar, class Base>
 NFOPIDN_NOINLINE constexpr void exact_motion(const Acceleration<Base>& acceleration,
-                            const FrictionCoefficients<Base>& friction, Base span,
-                            const Scalar& linear, const Scalar& angular, State<Scalar>& state) {
+                                             const FrictionCoefficients<Base>& friction, Base span,
+                                             const Scalar& linear, const Scalar& angular,
+                                             State<Scalar>& state) {
   if (friction.coulomb != Base(0)) {
     exact::Stepper<Scalar, Base>(acceleration, friction, linear, angular, state).run(span);
     return;

@@ -31,7 +31,8 @@ class Fir {
   // `taps` point to `count` <= Capacity numbers a channel; `scale` multiplies a channel's taps.
   // Keeps the past errors.
   template <class Tap>
-  constexpr void set_taps(const Channels<const Tap*>& taps, const Channels<Base>& scale, int count) {
+  constexpr void set_taps(const Channels<const Tap*>& taps, const Channels<Base>& scale,
+                          int count) {
     set_channel(0, taps.x, scale.x, count);
     set_channel(1, taps.y, scale.y, count);
     set_channel(2, taps.theta, scale.theta, count);

@@ -1,7 +1,8 @@
 // L1. Friction at the wheels' axles: viscous, and Coulomb with sticking.
 //
 // Both wheels have the same. In (v, omega) viscous friction stays decoupled; Coulomb friction acts
-// on the wheels and couples them through M = [[A, B], [B, A]], the wheels' accelerations per torque.
+// on the wheels and couples them through M = [[A, B], [B, A]], the wheels' accelerations per
+// torque.
 #pragma once
 
 #include "nfopidn/robot.hpp"
@@ -16,14 +17,14 @@ struct Friction {
 
 template <class Base>
 struct FrictionCoefficients {
-  Base linear_rate;    // viscous decay of v [1/s]: 2 b/(m r^2)
-  Base angular_rate;   // viscous decay of omega [1/s]: b L^2/(2 I r^2)
-  Base viscous;        // [N m s/rad]
-  Base coulomb;        // [N m]
-  Base own;            // A: a wheel's acceleration per its own torque [rad/s^2 per N m]
-  Base other;          // B: per the other wheel's
-  Base half_track;     // L/2 [m]
-  Base wheel_radius;   // [m]
+  Base linear_rate;   // viscous decay of v [1/s]: 2 b/(m r^2)
+  Base angular_rate;  // viscous decay of omega [1/s]: b L^2/(2 I r^2)
+  Base viscous;       // [N m s/rad]
+  Base coulomb;       // [N m]
+  Base own;           // A: a wheel's acceleration per its own torque [rad/s^2 per N m]
+  Base other;         // B: per the other wheel's
+  Base half_track;    // L/2 [m]
+  Base wheel_radius;  // [m]
 
   constexpr FrictionCoefficients(const Robot<Base>& robot, const Friction<Base>& friction)
       : linear_rate(Base(2) * friction.viscous /
@@ -37,8 +38,8 @@ struct FrictionCoefficients {
         half_track(robot.track_width * Base(0.5)),
         wheel_radius(robot.wheel_radius) {
     const Base forward = Base(1) / (robot.mass * robot.wheel_radius * robot.wheel_radius);
-    const Base turning = half_track * half_track /
-                         (robot.inertia * robot.wheel_radius * robot.wheel_radius);
+    const Base turning =
+        half_track * half_track / (robot.inertia * robot.wheel_radius * robot.wheel_radius);
     own = forward + turning;
     other = forward - turning;
   }

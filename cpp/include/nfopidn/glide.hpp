@@ -44,9 +44,9 @@ constexpr Decay<Scalar> decay(Base rate, const Scalar& time) {
 // v and omega from known start values, each relaxing at its own rate.
 template <class Scalar, class Base>
 struct Glide {
-  Scalar v, omega;                       // at the start
+  Scalar v, omega;                         // at the start
   Scalar acceleration, turn_acceleration;  // at the start
-  Base rate, turn_rate;                  // [1/s]
+  Base rate, turn_rate;                    // [1/s]
 
   constexpr Scalar speed(const Scalar& t) const { return v + acceleration * decay(rate, t).phi; }
   constexpr Scalar turning(const Scalar& t) const {
@@ -67,8 +67,8 @@ constexpr void travel(const Glide<Scalar, Base>& glide, const Scalar& time, Stat
                               Base(0.22238103445337447054), Base(0.10122853629037625915)};
   using M = math<Scalar>;
   const Base span = M::value(time);
-  const Base turned = (M::value(M::absolute(glide.omega)) +
-                       M::value(M::absolute(glide.turning(time)))) * span;
+  const Base turned =
+      (M::value(M::absolute(glide.omega)) + M::value(M::absolute(glide.turning(time)))) * span;
   const Base slowed = (glide.rate > glide.turn_rate ? glide.rate : glide.turn_rate) * span;
   const Base wanted = (turned > slowed ? turned : slowed) * Base(0.5);
   const int panels = wanted < Base(max_panels - 1) ? 1 + static_cast<int>(wanted) : max_panels;
@@ -80,8 +80,7 @@ constexpr void travel(const Glide<Scalar, Base>& glide, const Scalar& time, Stat
     for (int node = 0; node < 8; ++node) {
       const Base abscissa = node < 4 ? nodes[node] : -nodes[node - 4];
       const Scalar t = half * (Base(2 * panel + 1) + abscissa);
-      const Heading<Scalar> heading =
-          M::heading(state.theta + M::from_radians(glide.angle(t)));
+      const Heading<Scalar> heading = M::heading(state.theta + M::from_radians(glide.angle(t)));
       const Scalar distance = glide.speed(t) * weights[node & 3];
       x = x + distance * heading.cosine;
       y = y + distance * heading.sine;

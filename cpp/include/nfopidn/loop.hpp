@@ -17,9 +17,9 @@ struct LoopInputs {
   int samples = 0;
   const Measurement<Base>* noise = nullptr;  // added to the measurement, per sample; may be null
   const Disturbance<Base>* disturbance = nullptr;
-  bool disturbance_by_sample = false;  // else disturbance points to one, which is constant
-  int delay = 0;                       // samples from measurement to applied torque
-  bool feedforward = true;             // the law is given the reference torques
+  bool disturbance_by_sample = false;   // else disturbance points to one, which is constant
+  int delay = 0;                        // samples from measurement to applied torque
+  bool feedforward = true;              // the law is given the reference torques
   Base divergence_distance = Base(10);  // [m]
 };
 
@@ -37,7 +37,7 @@ class CostMeter {
 
   // True errors, total torque after the limit. Returns whether any component is still running.
   NFOPIDN_INLINE constexpr bool add(const Channels<Scalar>& error, const TorquePair<Scalar>& torque,
-                     const ReferenceSample<Base>& reference) {
+                                    const ReferenceSample<Base>& reference) {
     const Scalar distance = error.x * error.x + error.y * error.y;
     const Scalar angle = M::to_radians(error.theta);
     const Scalar angle_square = angle * angle;
@@ -99,15 +99,14 @@ constexpr bool takes_heading = false;
 template <class Law, class Scalar>
 constexpr bool takes_heading<
     Law, Scalar,
-    std::void_t<decltype(std::declval<Law&>().step(
-        std::declval<Measurement<Scalar>>(), std::declval<ReferenceSample<base_t<Scalar>>>(),
-        std::declval<Heading<Scalar>>()))>> = true;
+    std::void_t<decltype(std::declval<Law&>().step(std::declval<Measurement<Scalar>>(),
+                                                   std::declval<ReferenceSample<base_t<Scalar>>>(),
+                                                   std::declval<Heading<Scalar>>()))>> = true;
 
 // Without noise the true and the measured pose are one, and its cosine and sine are computed once.
 template <bool noisy, class Scalar, class Law, class Observer>
 constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& law,
-                                      State<Scalar> state,
-                                      const LoopInputs<base_t<Scalar>>& inputs,
+                                      State<Scalar> state, const LoopInputs<base_t<Scalar>>& inputs,
                                       Observer& observe) {
   using Base = base_t<Scalar>;
   CostMeter<Scalar> meter(inputs.divergence_distance);

@@ -28,9 +28,9 @@ struct Coefficients;
 template <>
 struct Coefficients<double> {
   // sin(r)/r and (cos(r) - 1)/r^2 in powers of r^2, |r| <= pi/4.
-  static constexpr double sine[] = {0.99999999999999999669,    -0.16666666666666614755,
-                                    0.0083333333333200026652,  -0.0001984126982840228381,
-                                    2.7557313299057388844e-6,  -2.5050705851203878509e-8,
+  static constexpr double sine[] = {0.99999999999999999669,   -0.16666666666666614755,
+                                    0.0083333333333200026652, -0.0001984126982840228381,
+                                    2.7557313299057388844e-6, -2.5050705851203878509e-8,
                                     1.5894136555061914812e-10};
   static constexpr double cosine[] = {-0.49999999999999413893,   0.041666666666487852434,
                                       -0.0013888888870591999691, 0.000024801578649425007947,
@@ -46,10 +46,10 @@ struct Coefficients<double> {
                                          0.15312443766477945721, 0.14810529835259688785};
   // atan(s)/s in powers of s^2, |s| <= tan(pi/8).
   static constexpr double arctangent[] = {
-      0.99999999999999999879,   -0.33333333333333129135, 0.1999999999994273719,
-      -0.14285714279417233023,  0.11111110752675739241,  -0.09090897019349409225,
+      0.99999999999999999879,   -0.33333333333333129135,  0.1999999999994273719,
+      -0.14285714279417233023,  0.11111110752675739241,   -0.09090897019349409225,
       0.076920488866427368626,  -0.066629904374824218024, 0.058471478714156941738,
-      -0.050362709720558276709, 0.037993885986781624259, -0.017835689854521083735};
+      -0.050362709720558276709, 0.037993885986781624259,  -0.017835689854521083735};
   // pi/2 in two parts; the first has 33 bits, so that n times it is exact for |n| < 2^20.
   static constexpr double half_pi[] = {1.5707963267341256, 6.07710050650619224932e-11};
   static constexpr double round_magic = 6755399441055744.0;  // 1.5 * 2^52
@@ -158,8 +158,8 @@ struct math {
   NFOPIDN_INLINE static constexpr Scalar wrap(Scalar angle) {
     if (angle >= -pi && angle < pi) return angle;
     const Scalar turns = round(angle * Scalar(1 / (2 * pi)));
-    const Scalar rest = (angle - turns * (4 * Constants::half_pi[0])) -
-                        turns * (4 * Constants::half_pi[1]);
+    const Scalar rest =
+        (angle - turns * (4 * Constants::half_pi[0])) - turns * (4 * Constants::half_pi[1]);
     if (rest >= pi) return rest - 2 * pi < -pi ? -pi : rest - 2 * pi;
     return rest < -pi ? rest + 2 * pi : rest;
   }
@@ -189,7 +189,9 @@ struct math {
   static constexpr Scalar minimum(Scalar a, Scalar b) { return b < a ? b : a; }
   static constexpr Scalar maximum(Scalar a, Scalar b) { return a < b ? b : a; }
   static constexpr Scalar absolute(Scalar value) { return value < 0 ? -value : value; }
-  static constexpr Scalar select(Mask condition, Scalar yes, Scalar no) { return condition ? yes : no; }
+  static constexpr Scalar select(Mask condition, Scalar yes, Scalar no) {
+    return condition ? yes : no;
+  }
   static constexpr Mask all() { return true; }
   static constexpr bool any(Mask mask) { return mask; }
   static constexpr bool is_finite(Scalar value) { return value - value == Scalar(0); }
@@ -199,8 +201,7 @@ struct math {
     Bits bits = kernel::bit_cast<Bits>(value);
     // Take the mantissa to [1/sqrt 2, sqrt 2), where s below stays under 0.1716.
     const Bits root = kernel::bit_cast<Bits>(Scalar(0.70710678118654752440));
-    const SignedBits exponent =
-        static_cast<SignedBits>(bits - root) >> Constants::mantissa_bits;
+    const SignedBits exponent = static_cast<SignedBits>(bits - root) >> Constants::mantissa_bits;
     bits -= Bits(exponent) << Constants::mantissa_bits;
     const Scalar mantissa = kernel::bit_cast<Scalar>(bits);
     const Scalar s = (mantissa - 1) / (mantissa + 1);

@@ -9,15 +9,44 @@ namespace nfopidn {
 
 // Columns of the run table.
 enum Column : int {
-  column_t, column_x_ref, column_y_ref, column_theta_ref, column_x, column_y, column_theta,
-  column_v, column_omega, column_e_x, column_e_y, column_e_theta, column_tau_ref_left,
-  column_tau_ref_right, column_tau_fb_left, column_tau_fb_right, column_tau_left,
-  column_tau_right, column_count
+  column_t,
+  column_x_ref,
+  column_y_ref,
+  column_theta_ref,
+  column_x,
+  column_y,
+  column_theta,
+  column_v,
+  column_omega,
+  column_e_x,
+  column_e_y,
+  column_e_theta,
+  column_tau_ref_left,
+  column_tau_ref_right,
+  column_tau_fb_left,
+  column_tau_fb_right,
+  column_tau_left,
+  column_tau_right,
+  column_count
 };
-constexpr const char* column_names[column_count] = {
-    "t",           "x_ref",        "y_ref",       "theta_ref",    "x",        "y",
-    "theta",       "v",            "omega",       "e_x",          "e_y",      "e_theta",
-    "tau_ref_left", "tau_ref_right", "tau_fb_left", "tau_fb_right", "tau_left", "tau_right"};
+constexpr const char* column_names[column_count] = {"t",
+                                                    "x_ref",
+                                                    "y_ref",
+                                                    "theta_ref",
+                                                    "x",
+                                                    "y",
+                                                    "theta",
+                                                    "v",
+                                                    "omega",
+                                                    "e_x",
+                                                    "e_y",
+                                                    "e_theta",
+                                                    "tau_ref_left",
+                                                    "tau_ref_right",
+                                                    "tau_fb_left",
+                                                    "tau_fb_right",
+                                                    "tau_left",
+                                                    "tau_right"};
 
 using RunTable = Eigen::Array<double, Eigen::Dynamic, column_count, Eigen::RowMajor>;
 
@@ -66,8 +95,7 @@ inline Metrics measure(const RunTable& table, double cost, const Scenario& scena
   const Eigen::Index n = table.rows();
   if (n == 0) return m;
   const double dt = scenario.trajectory.dt();
-  const Eigen::ArrayXd square =
-      table.col(column_e_x).square() + table.col(column_e_y).square();
+  const Eigen::ArrayXd square = table.col(column_e_x).square() + table.col(column_e_y).square();
   const Eigen::ArrayXd distance = square.sqrt();
   const auto heading = table.col(column_e_theta);
   const auto left = table.col(column_tau_left);

@@ -75,7 +75,8 @@ class Plant {
     if (friction_.coulomb == Base(0)) return;
     const Scalar turn = state.omega * friction_.half_track;
     const Base per_radius = Base(1) / friction_.wheel_radius;
-    const TorquePair<Scalar> speeds = {(state.v + turn) * per_radius, (state.v - turn) * per_radius};
+    const TorquePair<Scalar> speeds = {(state.v + turn) * per_radius,
+                                       (state.v - turn) * per_radius};
     const TorquePair<Scalar> impulse =
         opposing_friction(friction_, speeds, friction_.coulomb * step_);
     state.v = state.v + (impulse.left + impulse.right) * acceleration_.drive;
@@ -85,8 +86,8 @@ class Plant {
   Acceleration<Base> acceleration_;
   FrictionCoefficients<Base> friction_;
   Integrator integrator_;
-  Base step_;         // [s]
-  Base drive_gain_;   // changes of v and omega in a step, per N m, N and N m
+  Base step_;        // [s]
+  Base drive_gain_;  // changes of v and omega in a step, per N m, N and N m
   Base steer_gain_;
   Base force_gain_;
   Base moment_gain_;

@@ -7,14 +7,14 @@ namespace nfopidn {
 
 template <class Base>
 struct ReferenceSample {
-  Base x;           // [m]
-  Base y;           // [m]
-  Base theta;       // in the angle unit of math<Scalar>: [rad] for float and double
-  Base v;           // signed along the heading [m/s]
-  Base omega;       // [rad/s]
-  Base tau_left;    // feedforward torque [N m]
-  Base tau_right;   // [N m]
-  bool reverse;     // the reference drives backwards
+  Base x;          // [m]
+  Base y;          // [m]
+  Base theta;      // in the angle unit of math<Scalar>: [rad] for float and double
+  Base v;          // signed along the heading [m/s]
+  Base omega;      // [rad/s]
+  Base tau_left;   // feedforward torque [N m]
+  Base tau_right;  // [N m]
+  bool reverse;    // the reference drives backwards
 };
 
 template <class Scalar>
@@ -28,15 +28,15 @@ struct Measurement {
 
 // Errors, reference minus measured, in the robot's frame or the world's.
 template <class Scalar>
-NFOPIDN_INLINE constexpr Channels<Scalar> world_errors(const Measurement<Scalar>& measured,
-                                        const ReferenceSample<base_t<Scalar>>& reference) {
+NFOPIDN_INLINE constexpr Channels<Scalar> world_errors(
+    const Measurement<Scalar>& measured, const ReferenceSample<base_t<Scalar>>& reference) {
   return {reference.x - measured.x, reference.y - measured.y,
           math<Scalar>::wrap(reference.theta - measured.theta)};
 }
 
 template <class Scalar>
 NFOPIDN_INLINE constexpr Channels<Scalar> rotate_into_robot(const Channels<Scalar>& world,
-                                             const Heading<Scalar>& heading) {
+                                                            const Heading<Scalar>& heading) {
   return {heading.cosine * world.x + heading.sine * world.y,
           heading.cosine * world.y - heading.sine * world.x, world.theta};
 }

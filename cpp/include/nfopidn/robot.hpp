@@ -77,7 +77,8 @@ struct Acceleration {
         inverse_inertia(Base(1) / robot.inertia) {}
 
   template <class Scalar>
-  constexpr Scalar linear(const TorquePair<Scalar>& torque, const Disturbance<Base>& outside) const {
+  constexpr Scalar linear(const TorquePair<Scalar>& torque,
+                          const Disturbance<Base>& outside) const {
     return (torque.left + torque.right) * drive + outside.force * inverse_mass;
   }
   template <class Scalar>

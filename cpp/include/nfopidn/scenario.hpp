@@ -57,8 +57,7 @@ struct Scenario {
     visit(field("feedforward", &S::feedforward, "", any_number(),
                 "the controller adds the reference torques"));
     visit(field("integrator", &S::integrator, "", any_number(), "of the robot's motion"));
-    visit(field("substeps", &S::substeps, "", between(1, 10000),
-                "integration steps in a sample"));
+    visit(field("substeps", &S::substeps, "", between(1, 10000), "integration steps in a sample"));
     visit(field("disturbance", &S::disturbance, "N, N m", between(-1e6, 1e6),
                 "force along the robot and moment, constant or one pair a sample"));
     visit(field("viscous_friction", &S::viscous_friction, "N m s/rad", between(0, 1e3),
@@ -93,7 +92,7 @@ inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen:
   const Trajectory& t = scenario.trajectory;
   const TorquePair<double> torque =
       inverse_dynamics(scenario.robot, t.acceleration(k), t.turn_acceleration(k));
-  return {t.x(k),      t.y(k),      t.theta(k),   t.v(k),
+  return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
 }
 
@@ -112,15 +111,15 @@ inline State<double> start_state(const Scenario& scenario) {
 // The scenario must outlive what is prepared from it, and its trajectory must not be empty.
 inline PreparedRun prepare(const Scenario& scenario) {
   const Trajectory& t = scenario.trajectory;
-  PreparedRun run{{},
-                  {},
-                  {},
-                  detail::start_state(scenario),
-                  Plant<double>(scenario.robot,
-                                {scenario.viscous_friction, scenario.coulomb_friction},
-                                scenario.integrator, t.dt(), scenario.substeps),
-                  {scenario.torque_limit, std::max(t.peak_speed(), 1e-9)},
-                  &scenario};
+  PreparedRun run{
+      {},
+      {},
+      {},
+      detail::start_state(scenario),
+      Plant<double>(scenario.robot, {scenario.viscous_friction, scenario.coulomb_friction},
+                    scenario.integrator, t.dt(), scenario.substeps),
+      {scenario.torque_limit, std::max(t.peak_speed(), 1e-9)},
+      &scenario};
   const auto count = static_cast<std::size_t>(t.size());
   run.reference.reserve(count);
   for (Eigen::Index k = 0; k < t.size(); ++k) {

@@ -73,8 +73,8 @@ struct RangeCheck {
     if (finding.status != Status::ok) return;
     const bool finite = value - value == Number(0);
     if (finite && range.contains(value)) return;
-    finding = {finite ? Status::out_of_range : Status::not_finite, name,
-               static_cast<double>(value), range};
+    finding = {finite ? Status::out_of_range : Status::not_finite, name, static_cast<double>(value),
+               range};
   }
   template <class Value>
   constexpr void check(const char* name, const Range& range, const Value& value) {
@@ -94,9 +94,8 @@ struct RangeCheck {
 template <class Settings>
 constexpr Finding check_ranges(const Settings& settings) noexcept {
   detail::RangeCheck visitor;
-  Settings::fields([&](const auto& field) {
-    visitor.check(field.name, field.range, settings.*field.member);
-  });
+  Settings::fields(
+      [&](const auto& field) { visitor.check(field.name, field.range, settings.*field.member); });
   return visitor.finding;
 }
 

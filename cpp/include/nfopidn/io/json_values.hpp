@@ -1,0 +1,216 @@
+// L4. How the values of settings stand in JSON: one reader and one writer a type.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "nfopidn/io/outcome.hpp"
+#include "nfopidn/scenario.hpp"
+
+namespace nfopidn {
+
+using Json = nlohmann::ordered_json;
+
+namespace json {
+
+// What a reader needs to know of the field it reads, and where its complaint goes.
+struct Context {
+  std::string path;
+  Range range;
+  const char* unit;
+  Outcome* outcome;
+
+  Context at(std::size_t index) const {
+    return {path + "[" + std::to_string(index) + "]", range, unit, outcome};
+  }
+  void complain(Outcome complaint) const {
+    if (outcome->status == Status::ok) *outcome = std::move(complaint);
+  }
+  void wrong_type(const Json& value, const std::string& rule) const {
+    std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+    if (text.size() > 40) text = text.substr(0, 37) + "...";
+    complain(refuse(Status::not_a_choice, path, text, rule));
+  }
+};
+
+template <class Choice>
+std::string choice_list() {
+  std::string list = "one of";
+  for (const char* name : ChoiceNames<Choice>::names) {
+    list += (list.size() > 6 ? ", \"" : " \"") + std::string(name) + "\"";
+  }
+  return list;
+}
+
+inline void read(const Json& value, const Context& context, double& result) {
+  if (!value.is_number()) return context.wrong_type(value, "a number");
+  const double number = value.get<double>();
+  if (!std::isfinite(number) || !context.range.contains(number)) {
+    return context.complain(refuse_number(context.path, number, context.range, context.unit));
+  }
+  result = number;
+}
+
+// A whole number may be written 5 or 5.0.
+template <class Integer, std::enable_if_t<std::is_integral_v<Integer>, int> = 0>
+void read(const Json& value, const Context& context, Integer& result) {
+  if constexpr (std::is_same_v<Integer, bool>) {
+    if (!value.is_boolean()) return context.wrong_type(value, "true or false");
+    result = value.get<bool>();
+  } else {
+    if (!value.is_number()) return context.wrong_type(value, "a whole number");
+    const double number = value.get<double>();
+    if (!std::isfinite(number) || !context.range.contains(number)) {
+      return context.complain(refuse_number(context.path, number, context.range, context.unit));
+    }
+    if (number != std::floor(number)) return context.wrong_type(value, "a whole number");
+    result = value.is_number_float() ? static_cast<Integer>(number) : value.get<Integer>();
+  }
+}
+
+template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
+void read(const Json& value, const Context& context, Choice& result) {
+  if (value.is_string()) {
+    unsigned char index = 0;
+    for (const char* name : ChoiceNames<Choice>::names) {
+      if (value.get_ref<const std::string&>() == name) {
+        result = static_cast<Choice>(index);
+        return;
+      }
+      ++index;
+    }
+  }
+  context.wrong_type(value, choice_list<Choice>());
+}
+
+template <class Element, std::size_t count>
+void read_elements(const Json& value, const Context& context, Element (&result)[count]) {
+  if (!value.is_array() || value.size() != count) {
+    return context.wrong_type(value, "a list of " + std::to_string(count));
+  }
+  for (std::size_t i = 0; i < count; ++i) read(value[i], context.at(i), result[i]);
+}
+
+template <std::size_t rows, std::size_t columns>
+void read(const Json& value, const Context& context, double (&result)[rows][columns]) {
+  if (!value.is_array() || value.size() != rows) {
+    return context.wrong_type(
+        value, std::to_string(rows) + " lists of " + std::to_string(columns) + " numbers");
+  }
+  for (std::size_t i = 0; i < rows; ++i) read_elements(value[i], context.at(i), result[i]);
+}
+
+// One number for all channels, or one each.
+template <std::size_t count>
+void read(const Json& value, const Context& context, double (&result)[count]) {
+  if (value.is_array()) return read_elements(value, context, result);
+  double number = 0;
+  read(value, context, number);
+  if (context.outcome->status == Status::ok) std::fill(result, result + count, number);
+}
+
+template <std::size_t count>
+void read(const Json& value, const Context& context, std::array<double, count>& result) {
+  if (!value.is_array() || value.size() != count) {
+    return context.wrong_type(value, "a list of " + std::to_string(count) + " numbers");
+  }
+  for (std::size_t i = 0; i < count; ++i) read(value[i], context.at(i), result[i]);
+}
+
+inline void read(const Json& value, const Context& context, Allocation<double>& result) {
+  if (value == "paper") {
+    result = Allocation<double>::paper();
+  } else if (value == "decoupled") {
+    result = Allocation<double>::decoupled();
+  } else if (value.is_array()) {
+    read(value, context, result.matrix);
+  } else {
+    context.wrong_type(value, "\"paper\", \"decoupled\" or 2 lists of 3 numbers");
+  }
+}
+
+template <std::size_t count>
+void read(const Json& value, const Context& context,
+          std::optional<std::array<double, count>>& result) {
+  if (value.is_null()) {
+    result.reset();
+    return;
+  }
+  std::array<double, count> numbers{};
+  read(value, context, numbers);
+  if (context.outcome->status == Status::ok) result = numbers;
+}
+
+inline void read(const Json& value, const Context& context, InitialVelocity& result) {
+  if (value == "reference") {
+    result = {true, {0, 0}};
+  } else if (value.is_array()) {
+    result.reference = false;
+    read(value, context, result.value);
+  } else {
+    context.wrong_type(value, "a list of 2 numbers or \"reference\"");
+  }
+}
+
+inline void read(const Json& value, const Context& context,
+                 std::vector<std::array<double, 2>>& result) {
+  if (!value.is_array() || value.empty()) {
+    return context.wrong_type(value, "a list of 2 numbers, or one such list a sample");
+  }
+  const bool by_sample = value[0].is_array();
+  std::vector<std::array<double, 2>> pairs(by_sample ? value.size() : 1);
+  if (!by_sample) read(value, context, pairs[0]);
+  for (std::size_t i = 0; by_sample && i < pairs.size(); ++i) {
+    read(value[i], context.at(i), pairs[i]);
+  }
+  if (context.outcome->status == Status::ok) result = std::move(pairs);
+}
+
+template <class Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
+Json write(Number value) {
+  return value;
+}
+template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
+Json write(Choice value) {
+  return ChoiceNames<Choice>::names[static_cast<int>(value)];
+}
+template <std::size_t rows, std::size_t columns>
+Json write(const double (&value)[rows][columns]) {
+  Json list = Json::array();
+  for (const auto& row : value) list.push_back(Json(row));
+  return list;
+}
+template <std::size_t count>
+Json write(const double (&value)[count]) {
+  if (std::all_of(value, value + count, [&](double v) { return v == value[0]; })) return value[0];
+  return Json(value);
+}
+template <std::size_t count>
+Json write(const std::array<double, count>& value) {
+  return Json(value);
+}
+inline Json write(const Allocation<double>& value) {
+  const auto same = [&](const Allocation<double>& other) {
+    return std::equal(&value.matrix[0][0], &value.matrix[0][0] + 6, &other.matrix[0][0]);
+  };
+  if (same(Allocation<double>::paper())) return "paper";
+  if (same(Allocation<double>::decoupled())) return "decoupled";
+  return write(value.matrix);
+}
+template <std::size_t count>
+Json write(const std::optional<std::array<double, count>>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+inline Json write(const InitialVelocity& value) {
+  return value.reference ? Json("reference") : Json(value.value);
+}
+inline Json write(const std::vector<std::array<double, 2>>& value) {
+  return value.size() == 1 ? Json(value[0]) : Json(value);
+}
+
+}  // namespace json
+
+}  // namespace nfopidn

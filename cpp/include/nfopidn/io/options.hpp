@@ -1,0 +1,110 @@
+// L4. Settings from words, as a command line has them: each word becomes the JSON that a file
+// would hold, and passes through the same reader.
+#pragma once
+
+#include <map>
+
+#include "nfopidn/io/csv.hpp"
+
+namespace nfopidn {
+
+// The command line's name of a field, without the dashes.
+template <class Owner, class Value>
+std::string option_name(const Field<Owner, Value>& field) {
+  std::string name = field.option != nullptr ? field.option : field.name;
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+namespace words {
+
+inline Json number_or_text(std::string_view word) {
+  double number = 0;
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (result.ec != std::errc() || result.ptr != word.data() + word.size()) return std::string(word);
+  return number;
+}
+
+inline Json list(std::string_view text) {
+  Json numbers = Json::array();
+  for (const std::string_view word : csv::split(text)) numbers.push_back(number_or_text(word));
+  return numbers;
+}
+
+inline Json rows(std::string_view text, std::size_t columns) {
+  const Json flat = list(text);
+  Json result = Json::array();
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    if (i % columns == 0) result.push_back(Json::array());
+    result.back().push_back(flat[i]);
+  }
+  return result;
+}
+
+template <class Value>
+struct Reading {
+  static Json read(const std::string& text) { return number_or_text(text); }
+};
+template <std::size_t count>
+struct Reading<double[count]> {
+  static Json read(const std::string& text) {
+    const Json numbers = list(text);
+    return numbers.size() == 1 ? numbers[0] : numbers;
+  }
+};
+template <std::size_t count>
+struct Reading<std::array<double, count>> {
+  static Json read(const std::string& text) { return list(text); }
+};
+template <std::size_t count>
+struct Reading<std::optional<std::array<double, count>>> {
+  static Json read(const std::string& text) {
+    return text == "reference" ? Json(nullptr) : list(text);
+  }
+};
+template <std::size_t row_count, std::size_t columns>
+struct Reading<double[row_count][columns]>{
+    static Json read(const std::string& text){return rows(text, columns);
+}  // namespace words
+};  // namespace nfopidn
+template <>
+struct Reading<Allocation<double>> {
+  static Json read(const std::string& text) {
+    return text.find(',') == std::string::npos ? Json(text) : rows(text, channel_count);
+  }
+};
+template <>
+struct Reading<InitialVelocity> {
+  static Json read(const std::string& text) {
+    return text == "reference" ? Json(text) : list(text);
+  }
+};
+template <>
+struct Reading<std::vector<std::array<double, 2>>> {
+  static Json read(const std::string& text) { return list(text); }
+};
+
+}  // namespace words
+
+// The words given for the fields of one settings struct, by field name.
+using Words = std::map<std::string, std::string>;
+
+// The JSON object that the words stand for.
+template <class Settings>
+Json words_to_json(const Words& given) {
+  Json object = Json::object();
+  Settings::fields([&](const auto& field) {
+    const auto found = given.find(field.name);
+    if (found == given.end()) return;
+    using Value = std::remove_reference_t<decltype(std::declval<Settings&>().*field.member)>;
+    if constexpr (std::is_same_v<Value, bool>) {
+      object[field.name] = found->second == "true";
+    } else {
+      object[field.name] = words::Reading<Value>::read(found->second);
+    }
+  });
+  return object;
+}
+
+}  // namespace nfopidn

@@ -1,0 +1,262 @@
+// The command line: runs a scenario under a controller.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "nfopidn/io/options.hpp"
+#include "nfopidn/simulate.hpp"
+
+namespace {
+
+using namespace nfopidn;
+
+constexpr int exit_done = 0;
+constexpr int exit_bad_input = 2;
+constexpr int exit_diverged = 3;
+
+struct Arguments {
+  Words trajectory, robot, scenario, controller;
+  std::string scenario_file, controller_file, out, save_scenario, save_controller;
+  bool json = false;
+  bool quiet = false;
+};
+
+std::string default_text(const Json& value) {
+  if (value.is_null()) return "the reference's start";
+  if (value.is_string()) return value.get<std::string>();
+  std::string text = value.dump();
+  text.erase(std::remove_if(text.begin(), text.end(), [](char c) { return c == '[' || c == ']'; }),
+             text.end());
+  return text;
+}
+
+template <class Value>
+std::string choices_text() {
+  if constexpr (std::is_enum_v<Value>) {
+    std::string text;
+    for (const char* name : ChoiceNames<Value>::names) {
+      text += (text.empty() ? ": " : ", ") + std::string(name);
+    }
+    return text;
+  }
+  return "";
+}
+
+// An option for every field of a settings struct.
+template <class Settings>
+void add_options(CLI::App& app, const std::string& group, const Settings& defaults, Words& words) {
+  Settings::fields([&](const auto& field) {
+    using Value = std::remove_reference_t<decltype(std::declval<Settings&>().*field.member)>;
+    const std::string name = option_name(field);
+    const std::string key = field.name;
+    const std::string unit = *field.unit == '\0' ? "" : " [" + std::string(field.unit) + "]";
+    const std::string text = field.text + unit + choices_text<Value>() + " (default " +
+                             default_text(json::write(defaults.*field.member)) + ")";
+    if constexpr (std::is_same_v<Value, bool>) {
+      app.add_flag_callback(
+             "--" + name, [&words, key] { words[key] = "true"; }, text)
+          ->group(group);
+      app.add_flag_callback(
+             "--no-" + name, [&words, key] { words[key] = "false"; }, "the opposite of --" + name)
+          ->group(group);
+    } else {
+      app.add_option_function<std::string>(
+             "--" + name, [&words, key](const std::string& word) { words[key] = word; }, text)
+          ->group(group)
+          ->type_name("");
+    }
+  });
+}
+
+void declare(CLI::App& app, Arguments& arguments) {
+  const Scenario published = Scenario::published();
+  add_options(app, "Trajectory", published.trajectory.settings, arguments.trajectory);
+  add_options(app, "Robot", published.robot, arguments.robot);
+  add_options(app, "Scenario", published, arguments.scenario);
+  add_options(app, "Controller", ControllerSettings<double>{}, arguments.controller);
+  app.get_option("--traj")->description(app.get_option("--traj")->get_description() +
+                                        "; or FILE.csv with columns x, y and t");
+  app.get_option("--disturbance")
+      ->description(app.get_option("--disturbance")->get_description() +
+                    "; or FILE.csv with columns force, moment");
+  app.add_option("--scenario", arguments.scenario_file, "scenario file (JSON)")->type_name("FILE");
+  app.add_option("--controller", arguments.controller_file, "controller file (JSON)")
+      ->type_name("FILE");
+  app.add_option("--out", arguments.out, "write the run table here (CSV)")->type_name("FILE");
+  app.add_option("--save-scenario", arguments.save_scenario, "write the scenario here (JSON)")
+      ->type_name("FILE");
+  app.add_option("--save-controller", arguments.save_controller, "write the controller here (JSON)")
+      ->type_name("FILE");
+  app.add_flag("--json", arguments.json, "print the metrics as one JSON object, nothing else");
+  app.add_flag("--quiet", arguments.quiet, "print nothing");
+  app.set_version_flag("--version", std::string("nfopidn_sim ") + NFOPIDN_VERSION);
+  app.footer(
+      "Without options but --traj ranunculoid this is the paper's scenario under its gains.\n"
+      "Torques have the paper's sign: a positive left torque turns the robot counter-clockwise.\n"
+      "Exit code: 0 done, 2 bad usage or bad file, 3 the run diverged.");
+}
+
+bool is_csv(const std::string& name) {
+  return name.size() > 4 && name.substr(name.size() - 4) == ".csv";
+}
+
+// The trajectory that options ask for, over the one the scenario has.
+Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
+  Words words = arguments.trajectory;
+  if (words.empty()) return {};
+  const auto name = words.find("name");
+  if (name != words.end() && is_csv(name->second)) {
+    const std::string path = name->second;
+    words.erase(name);
+    for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
+      if (words.count(key) != 0) {
+        return {Status::inconsistent, std::string("--") + key + " does not apply to " + path};
+      }
+    }
+    TrajectorySettings settings;
+    const Json object = words_to_json<TrajectorySettings>(words);
+    if (Outcome outcome = read_settings(object, "trajectory", settings); !outcome) return outcome;
+    return load_trajectory(path, settings, scenario.trajectory);
+  }
+  Json object = write_trajectory(scenario.trajectory);
+  if (name != words.end() && scenario.trajectory.settings.name == Curve::samples) {
+    object = Json::object();
+    scenario.trajectory = {};
+  }
+  object.update(words_to_json<TrajectorySettings>(words));
+  return read_trajectory(object, "trajectory", scenario.trajectory);
+}
+
+Outcome load_disturbance(const std::string& path, Json& result) {
+  std::string text;
+  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
+  csv::Table table;
+  if (Outcome outcome = csv::parse(path, text, table); !outcome) return outcome;
+  const std::vector<double>* force = csv::find(table, "force");
+  const std::vector<double>* moment = csv::find(table, "moment");
+  if (force == nullptr || moment == nullptr) {
+    return csv::fault(path, 1, "no columns force and moment in the header");
+  }
+  result = Json::array();
+  for (std::size_t k = 0; k < force->size(); ++k) {
+    result.push_back(Json::array({(*force)[k], (*moment)[k]}));
+  }
+  return {};
+}
+
+Outcome build_scenario(const Arguments& arguments, Scenario& scenario) {
+  scenario = Scenario::published();
+  const auto name = arguments.trajectory.find("name");
+  const bool other_path = name != arguments.trajectory.end() && name->second != "ranunculoid";
+  if (other_path || !arguments.scenario_file.empty()) scenario.initial_pose.reset();
+  if (!arguments.scenario_file.empty()) {
+    if (Outcome outcome = load_scenario(arguments.scenario_file, scenario); !outcome) {
+      return outcome;
+    }
+  }
+  if (Outcome outcome = apply_trajectory(arguments, scenario); !outcome) return outcome;
+  const Json robot = words_to_json<Robot<double>>(arguments.robot);
+  if (Outcome outcome = read_settings(robot, "robot", scenario.robot); !outcome) return outcome;
+  Json fields = words_to_json<Scenario>(arguments.scenario);
+  const auto disturbance = arguments.scenario.find("disturbance");
+  if (disturbance != arguments.scenario.end() && is_csv(disturbance->second)) {
+    Outcome outcome = load_disturbance(disturbance->second, fields["disturbance"]);
+    if (!outcome) return outcome;
+  }
+  if (Outcome outcome = read_settings(fields, "", scenario); !outcome) return outcome;
+  return explain_consistency(scenario);
+}
+
+Outcome build_controller(const Arguments& arguments, ControllerSettings<double>& settings) {
+  if (!arguments.controller_file.empty()) {
+    Outcome outcome = load_controller(arguments.controller_file, settings);
+    if (!outcome) return outcome;
+  }
+  return read_settings(words_to_json<ControllerSettings<double>>(arguments.controller), "",
+                       settings);
+}
+
+Json metrics_json(const SimulationResult& result) {
+  Json object = write_settings(result.metrics);
+  object["samples"] = result.table.rows();
+  object["diverged_at"] = result.diverged ? Json(result.diverged_at) : Json(nullptr);
+  return object;
+}
+
+void print_summary(const Scenario& scenario, const SimulationResult& result) {
+  const TrajectorySettings& t = scenario.trajectory.settings;
+  std::printf("%s, %lld samples, %g s apart, heading %s\n\n",
+              ChoiceNames<Curve>::names[static_cast<int>(t.name)],
+              static_cast<long long>(scenario.trajectory.size()), t.dt,
+              ChoiceNames<HeadingChoice>::names[static_cast<int>(t.heading)]);
+  Metrics::fields([&](const auto& field) {
+    std::printf("  %-20s %12.6g %-6s  %s\n", field.name, result.metrics.*field.member, field.unit,
+                field.text);
+  });
+  if (result.diverged) {
+    std::printf("\nThe run diverged at %g s; the metrics but the cost are those before.\n",
+                result.diverged_at);
+  }
+}
+
+int fail(const Outcome& outcome) {
+  std::cerr << "nfopidn_sim: " << outcome.message << "\n";
+  return exit_bad_input;
+}
+
+int run(const Arguments& arguments) {
+  Scenario scenario;
+  ControllerSettings<double> settings;
+  if (Outcome outcome = build_scenario(arguments, scenario); !outcome) return fail(outcome);
+  if (Outcome outcome = build_controller(arguments, settings); !outcome) return fail(outcome);
+  // Whether the files can be written shows before the run, not after.
+  OutputFile table, scenario_file, controller_file;
+  const std::pair<const std::string*, OutputFile*> files[] = {
+      {&arguments.out, &table},
+      {&arguments.save_scenario, &scenario_file},
+      {&arguments.save_controller, &controller_file}};
+  for (const auto& [path, file] : files) {
+    if (path->empty()) continue;
+    if (Outcome outcome = file->open(*path); !outcome) return fail(outcome);
+  }
+  const SimulationResult result = simulate(scenario, settings);
+  const std::string contents[] = {run_table_csv(result.table),
+                                  document_text(write_scenario(scenario)),
+                                  document_text(write_controller(settings))};
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (files[i].first->empty()) continue;
+    if (Outcome outcome = files[i].second->commit(contents[i]); !outcome) return fail(outcome);
+  }
+  if (arguments.json) {
+    std::cout << metrics_json(result).dump() << "\n";
+  } else if (!arguments.quiet) {
+    print_summary(scenario, result);
+  }
+  if (result.diverged && !arguments.json && !arguments.quiet) std::fflush(stdout);
+  return result.diverged ? exit_diverged : exit_done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulates a differential-drive robot under the NFOPIDN controller.", "nfopidn_sim");
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::CallForVersion& version) {
+    return app.exit(version);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "nfopidn_sim: " << error.what() << "; see --help\n";
+    return exit_bad_input;
+  }
+  try {
+    return run(arguments);
+  } catch (const std::bad_alloc&) {
+    std::cerr << "nfopidn_sim: out of memory\n";
+  } catch (const std::exception& error) {
+    std::cerr << "nfopidn_sim: " << error.what() << "\n";
+  }
+  return exit_bad_input;
+}
