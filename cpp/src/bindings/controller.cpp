@@ -1,0 +1,227 @@
+// Controller.
+#include "bindings.hpp"
+
+namespace nfopidn::python {
+
+namespace {
+
+using Settings = ControllerSettings<double>;
+
+PyController read_py_controller(const Json& document) {
+  Settings settings;
+  check("Controller", read_controller(document, settings));
+  return PyController(settings);
+}
+
+Settings changed(const std::string& callable, Settings settings, const py::dict& arguments) {
+  check(callable, read_settings(to_json(arguments), "", settings));
+  return settings;
+}
+
+PyController make_controller(const py::args& positional, const py::kwargs& keywords) {
+  const py::dict arguments =
+      bind_arguments("Controller", field_names<Settings>(), positional, keywords);
+  for (const char* name : {"gains", "alpha", "sigma"}) {
+    if (!arguments.contains(name)) {
+      throw py::type_error(std::string("Controller() needs the argument '") + name + "'");
+    }
+  }
+  return PyController(changed("Controller", Settings{}, arguments));
+}
+
+bool shared_orders(const Settings& s) {
+  return s.alpha[0] == s.alpha[1] && s.alpha[1] == s.alpha[2] && s.sigma[0] == s.sigma[1] &&
+         s.sigma[1] == s.sigma[2];
+}
+
+// The 11-vector of the paper, or the 15-vector with an order pair a channel.
+py::array to_vector(const PyController& self) {
+  const Settings& s = self.settings;
+  std::vector<double> x;
+  for (const auto& row : s.gains) x.insert(x.end(), row, row + 3);
+  const int pairs = shared_orders(s) ? 1 : channel_count;
+  for (int channel = 0; channel < pairs; ++channel) {
+    x.push_back(s.alpha[channel]);
+    x.push_back(s.sigma[channel]);
+  }
+  return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
+}
+
+PyController from_vector(const py::array_t<double, py::array::c_style | py::array::forcecast>& x,
+                         const py::kwargs& structure) {
+  if (x.ndim() != 1 || (x.size() != 11 && x.size() != 15)) {
+    throw py::value_error("Controller.from_vector: x has " + std::to_string(x.size()) +
+                          " numbers; must have 11, or 15 with an order pair for each channel");
+  }
+  Json object = Json::object();
+  Json gains = Json::array();
+  for (int row = 0; row < 3; ++row) {
+    gains.push_back({x.at(3 * row), x.at(3 * row + 1), x.at(3 * row + 2)});
+  }
+  object["gains"] = gains;
+  if (x.size() == 11) {
+    object["alpha"] = x.at(9);
+    object["sigma"] = x.at(10);
+  } else {
+    object["alpha"] = {x.at(9), x.at(11), x.at(13)};
+    object["sigma"] = {x.at(10), x.at(12), x.at(14)};
+  }
+  Settings settings;
+  check("Controller.from_vector", read_settings(object, "", settings));
+  return PyController(changed("Controller.from_vector", settings, py::dict(structure)));
+}
+
+py::array taps(const PyController& self) {
+  const Settings& s = self.settings;
+  const int count = s.memory + 2;
+  py::array_t<double> table({3, count});
+  std::vector<double> work(static_cast<std::size_t>(count));
+  for (int channel = 0; channel < channel_count; ++channel) {
+    fuse_taps(s.generator, s.gains[channel][0], s.gains[channel][1], s.gains[channel][2],
+              s.alpha[channel], s.sigma[channel], s.memory, table.mutable_data(channel, 0),
+              work.data());
+  }
+  return read_only(std::move(table));
+}
+
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+py::tuple step(PyController& self, const Numbers& measurement, const Numbers& reference,
+               double torque_limit) {
+  const std::string callable = "Controller.step";
+  if (measurement.ndim() != 1 || measurement.size() < 3 || measurement.size() > 5) {
+    throw py::value_error(callable + ": measurement has " + std::to_string(measurement.size()) +
+                          " numbers; must have 3 to 5: x, y, theta, v, omega");
+  }
+  if (reference.ndim() != 1 || reference.size() != 8) {
+    throw py::value_error(callable + ": reference has " + std::to_string(reference.size()) +
+                          " numbers; must have 8: x, y, theta, v, omega, tau_left, tau_right, "
+                          "reverse");
+  }
+  for (const auto& [array, name] :
+       {std::pair{&measurement, "measurement"}, std::pair{&reference, "reference"}}) {
+    for (py::ssize_t i = 0; i < array->size(); ++i) {
+      if (!std::isfinite(array->at(i))) {
+        raise(callable, refuse_number(std::string(name) + "[" + std::to_string(i) + "]",
+                                      array->at(i), any_number()));
+      }
+    }
+  }
+  const Range positive = greater_than(0);
+  if (!std::isfinite(torque_limit) || !positive.contains(torque_limit)) {
+    raise(callable, refuse_number("torque_limit", torque_limit, positive, "N m"));
+  }
+  if (self.settings.lateral == Lateral::speed && self.settings.speed_scale == 0) {
+    raise(callable, refuse_number("speed_scale", 0, positive, "m/s, outside a simulation"));
+  }
+  if (!self.running) self.running = std::make_unique<RuntimeController>();
+  if (self.torque_limit != torque_limit) {
+    self.running->configure(self.settings, {torque_limit, 1});
+    self.torque_limit = torque_limit;
+  }
+  const auto measured = [&](py::ssize_t i) {
+    return i < measurement.size() ? measurement.at(i) : 0;
+  };
+  const auto wanted = [&](py::ssize_t i) { return reference.at(i); };
+  const TorquePair<double> torque = self.running->step(
+      Measurement<double>{measured(0), measured(1), measured(2), measured(3), measured(4)},
+      ReferenceSample<double>{wanted(0), wanted(1), wanted(2), wanted(3), wanted(4), wanted(5),
+                              wanted(6), wanted(7) != 0});
+  return py::make_tuple(torque.left, torque.right);
+}
+
+}  // namespace
+
+void bind_controller(py::module_& module) {
+  using C = PyController;
+  const std::string rest = [] {
+    Json defaults = write_settings(Settings{});
+    std::string text;
+    for (const auto& item : defaults.items()) {
+      const bool required = item.key() == "gains" || item.key() == "alpha" || item.key() == "sigma";
+      text +=
+          (text.empty() ? "" : ", ") + item.key() + (required ? "" : "=" + literal(item.value()));
+    }
+    return text;
+  }();
+  const std::string doc =
+      "Controller(" + rest +
+      ")\n--\n\nThe NFOPIDN controller: settings, and the law itself in step(). A setting out of "
+      "range\nraises ValueError.\n\nParameters\n----------\n" +
+      parameters_text<Settings>();
+  py::class_<C> cls(module, "Controller", py::is_final(), doc.c_str());
+  cls.def(py::init(&make_controller));
+  cls.def_static(
+      "published",
+      [](const py::args& positional, const py::kwargs& changes) {
+        py::dict arguments =
+            bind_arguments("Controller.published", {"memory"}, positional, py::kwargs());
+        for (const auto& [key, value] : changes) {
+          if (arguments.contains(key)) {
+            throw py::type_error("Controller.published() got two values for argument 'memory'");
+          }
+          arguments[key] = value;
+        }
+        return C(changed("Controller.published", Settings{}, arguments));
+      },
+      "published(memory=5, **changes)\n--\n\nThe paper's gains and orders (its Table 3), with "
+      "changes.");
+  cls.def_static("from_vector", &from_vector, py::arg("x"),
+                 "from_vector(x, **structure)\n--\n\nFrom (kp_x, ki_x, kd_x, kp_y, ki_y, kd_y, "
+                 "kp_theta, ki_theta, kd_theta, alpha, sigma), or 15\nnumbers that end alpha_x, "
+                 "sigma_x, alpha_y, sigma_y, alpha_theta, sigma_theta.");
+  cls.def("to_vector", &to_vector, "to_vector()\n--\n\nThe inverse of from_vector.");
+  cls.def_static(
+      "load",
+      [](const py::object& path) {
+        Settings settings;
+        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
+        check("Controller.load", load_controller(name, settings));
+        return C(settings);
+      },
+      py::arg("path"), "load(path)\n--\n\nReads a controller file (JSON).");
+  cls.def(
+      "save",
+      [](const C& self, const py::object& path) {
+        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
+        check("Controller.save", write_file(name, document_text(write_controller(self.settings))));
+      },
+      py::arg("path"), "save(path)\n--\n\nWrites a controller file (JSON).");
+  cls.def(
+      "replace",
+      [](const C& self, const py::kwargs& changes) {
+        return C(changed("Controller.replace", self.settings, py::dict(changes)));
+      },
+      "replace(**changes)\n--\n\nA copy with some settings changed, at rest.");
+  add_fields<Settings>(cls, [](const C& self) -> const Settings& { return self.settings; });
+  cls.def_property_readonly("taps", &taps,
+                            "(3, memory + 2): the channels' fused filters, newest error first");
+  cls.def("step", &step, py::arg("measurement"), py::arg("reference"),
+          py::arg("torque_limit") = ControlLimits<double>{}.torque,
+          "step(measurement, reference, torque_limit=3.078)\n--\n\nThe limited torques (left, "
+          "right) [N m] of one sample.\n\nmeasurement: x, y [m], theta [rad] and, not used, v, "
+          "omega. reference: a row of\nScenario.reference. ValueError for what is not finite; the "
+          "memory is then as before.");
+  cls.def(
+      "reset",
+      [](C& self) {
+        if (self.running) self.running->reset();
+      },
+      "reset()\n--\n\nForgets past errors and torque.");
+  cls.def(
+      "feedback",
+      [](const C& self) {
+        const TorquePair<double> torque =
+            self.running ? self.running->feedback() : TorquePair<double>{0, 0};
+        return py::make_tuple(torque.left, torque.right);
+      },
+      "feedback()\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
+  cls.def("__repr__", [](const C& self) {
+    const std::string changes = arguments_text(self.settings, false);
+    return "Controller.published(" + changes + ")";
+  });
+  add_value_semantics<C>(
+      cls, [](const C& self) { return write_controller(self.settings); }, read_py_controller);
+}
+
+}  // namespace nfopidn::python

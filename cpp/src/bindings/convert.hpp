@@ -1,0 +1,196 @@
+// Python objects to JSON and back, so that keywords pass through the same reader as files.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include "nfopidn/io/json.hpp"
+
+namespace nfopidn::python {
+
+namespace py = pybind11;
+
+[[noreturn]] inline void raise(const std::string& where, const Outcome& outcome) {
+  throw py::value_error(where + ": " + outcome.message);
+}
+
+inline void check(const std::string& where, const Outcome& outcome) {
+  if (!outcome) raise(where, outcome);
+}
+
+inline Json to_json(const py::handle& object) {
+  PyObject* const raw = object.ptr();
+  if (object.is_none()) return nullptr;
+  if (PyBool_Check(raw)) return raw == Py_True;
+  if (PyUnicode_Check(raw)) return object.cast<std::string>();
+  if (PyLong_Check(raw)) {
+    int overflow = 0;
+    const long long value = PyLong_AsLongLongAndOverflow(raw, &overflow);
+    if (overflow == 0) return value;
+    const double number = PyLong_AsDouble(raw);
+    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+    return number;
+  }
+  if (PyFloat_Check(raw)) return PyFloat_AS_DOUBLE(raw);
+  if (py::hasattr(object, "tolist")) return to_json(object.attr("tolist")());  // NumPy
+  if (PyList_Check(raw) || PyTuple_Check(raw)) {
+    Json list = Json::array();
+    for (const py::handle& element : py::reinterpret_borrow<py::sequence>(object)) {
+      list.push_back(to_json(element));
+    }
+    return list;
+  }
+  throw py::type_error("a number, word or list is needed, not " +
+                       py::str(py::type::of(object)).cast<std::string>());
+}
+
+inline py::array read_only(py::array array) {
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+// Lists of numbers become tuples, lists of lists read-only arrays.
+inline py::object from_json(const Json& value) {
+  if (value.is_null()) return py::none();
+  if (value.is_boolean()) return py::bool_(value.get<bool>());
+  if (value.is_string()) return py::str(value.get<std::string>());
+  if (value.is_number_float()) return py::float_(value.get<double>());
+  if (value.is_number()) return py::int_(value.get<std::int64_t>());
+  if (value.is_object()) {
+    py::dict result;
+    for (const auto& item : value.items()) result[py::str(item.key())] = from_json(item.value());
+    return result;
+  }
+  if (!value.empty() && value[0].is_array()) {
+    py::array_t<double> rows({value.size(), value[0].size()});
+    auto element = rows.mutable_unchecked<2>();
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      for (std::size_t j = 0; j < value[i].size(); ++j) {
+        element(static_cast<py::ssize_t>(i), static_cast<py::ssize_t>(j)) =
+            value[i][j].get<double>();
+      }
+    }
+    return read_only(std::move(rows));
+  }
+  py::tuple result(value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) result[i] = from_json(value[i]);
+  return result;
+}
+
+// A read-only view of `rows` x `columns` doubles that keeps `owner` alive.
+inline py::array view(const double* data, std::vector<py::ssize_t> shape,
+                      std::vector<py::ssize_t> strides, const py::handle& owner) {
+  for (py::ssize_t& stride : strides) stride *= static_cast<py::ssize_t>(sizeof(double));
+  return read_only(
+      py::array(py::dtype::of<double>(), std::move(shape), std::move(strides), data, owner));
+}
+
+inline py::array view(const Eigen::ArrayXd& array, const py::handle& owner) {
+  return view(array.data(), {array.size()}, {1}, owner);
+}
+
+// The arguments of a call by name, positional ones taking the names in order.
+inline py::dict bind_arguments(const std::string& callable, const std::vector<std::string>& names,
+                               const py::args& positional, const py::kwargs& keywords) {
+  if (positional.size() > names.size()) {
+    throw py::type_error(callable + "() takes at most " + std::to_string(names.size()) +
+                         " positional arguments, got " + std::to_string(positional.size()));
+  }
+  py::dict bound;
+  for (std::size_t i = 0; i < positional.size(); ++i) bound[py::str(names[i])] = positional[i];
+  for (const auto& [key, value] : keywords) {
+    const auto name = py::cast<std::string>(key);
+    if (bound.contains(key)) {
+      throw py::type_error(callable + "() got two values for argument '" + name + "'");
+    }
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      std::string known;
+      for (const std::string& other : names) known += (known.empty() ? "" : ", ") + other;
+      throw py::type_error(callable + "() has no argument '" + name + "'; known: " + known);
+    }
+    bound[key] = value;
+  }
+  return bound;
+}
+
+inline Json to_json(const py::dict& arguments) {
+  Json object = Json::object();
+  for (const auto& [key, value] : arguments) {
+    const auto name = py::cast<std::string>(key);
+    try {
+      object[name] = to_json(value);
+    } catch (const py::type_error& error) {
+      throw py::type_error(name + ": " + error.what());
+    }
+  }
+  return object;
+}
+
+template <class Settings>
+std::vector<std::string> field_names() {
+  std::vector<std::string> names;
+  Settings::fields([&](const auto& field) { names.emplace_back(field.name); });
+  return names;
+}
+
+template <class Settings>
+py::object field_value(const Settings& settings, const std::string& name) {
+  py::object result = py::none();
+  Settings::fields([&](const auto& field) {
+    if (name == field.name) result = from_json(json::write(settings.*field.member));
+  });
+  return result;
+}
+
+// A read-only property for every field of the settings struct that `get` finds in the object.
+template <class Settings, class Class, class Get>
+void add_fields(Class& cls, const Get& get) {
+  using Object = typename Class::type;
+  Settings::fields([&](const auto& field) {
+    const std::string name = field.name;
+    const std::string unit = *field.unit == '\0' ? "" : " [" + std::string(field.unit) + "]";
+    cls.def_property_readonly(
+        field.name, [get, name](const Object& self) { return field_value(get(self), name); },
+        (field.text + unit).c_str());
+  });
+}
+
+inline std::string literal(const Json& value) {
+  if (value.is_null()) return "None";
+  if (value.is_boolean()) return value.get<bool>() ? "True" : "False";
+  if (value.is_string()) return "'" + value.get<std::string>() + "'";
+  return value.dump();
+}
+
+template <class Settings>
+std::string arguments_text(const Settings& settings, bool all) {
+  const Json defaults = write_settings(Settings{});
+  const Json values = write_settings(settings);
+  std::string text;
+  for (const auto& item : values.items()) {
+    if (!all && item.value() == defaults[item.key()]) continue;
+    text += (text.empty() ? "" : ", ") + item.key() + "=" + literal(item.value());
+  }
+  return text;
+}
+
+// numpydoc's list of parameters, from the schema.
+template <class Settings>
+std::string parameters_text() {
+  const Settings defaults;
+  std::string text;
+  Settings::fields([&](const auto& field) {
+    using Value = std::remove_reference_t<decltype(defaults.*field.member)>;
+    text += std::string(field.name) + "\n    " + field.text;
+    if (*field.unit != '\0') text += " [" + std::string(field.unit) + "]";
+    if constexpr (std::is_enum_v<std::remove_const_t<Value>>) {
+      text += "; " + json::choice_list<std::remove_const_t<Value>>();
+    } else if (std::isfinite(field.range.low) || std::isfinite(field.range.high)) {
+      text += "; " + range_text(field.range);
+    }
+    text += ". Default: " + literal(json::write(defaults.*field.member)) + ".\n";
+  });
+  return text;
+}
+
+}  // namespace nfopidn::python

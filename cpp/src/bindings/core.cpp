@@ -1,0 +1,15 @@
+// The Python module nfopidn._core.
+#include "bindings.hpp"
+
+PYBIND11_MODULE(_core, module) {
+  namespace binding = nfopidn::python;
+  module.doc() = "The C++ core of nfopidn. Import nfopidn instead.";
+  module.attr("__version__") = NFOPIDN_VERSION;
+  binding::py::options options;
+  options.disable_function_signatures();
+  binding::bind_robot(module);
+  binding::bind_trajectory(module);
+  binding::bind_scenario(module);
+  binding::bind_controller(module);
+  binding::bind_simulation(module);
+}

@@ -1,0 +1,347 @@
+// Robot, Trajectory and Scenario.
+#include <random>
+
+#include "bindings.hpp"
+
+namespace nfopidn::python {
+
+namespace {
+
+Robot<double> read_robot(const Json& object) {
+  Robot<double> robot;
+  check("Robot", read_settings(object, "", robot));
+  return robot;
+}
+
+Trajectory trajectory_from_json(const Json& object) {
+  Trajectory trajectory;
+  check("Trajectory", read_trajectory(object, "", trajectory));
+  return trajectory;
+}
+
+Scenario scenario_from_json(const Json& document) {
+  Scenario scenario;
+  check("Scenario", read_scenario(document, scenario));
+  return scenario;
+}
+
+std::vector<std::string> named_path_arguments(const std::string& name) {
+  if (name == "ranunculoid") {
+    return {"period", "dt", "cusps", "heading", "scale", "laps", "derivatives"};
+  }
+  return {"period", "dt", "heading", "scale", "laps", "derivatives"};
+}
+
+Trajectory named_path(const std::string& name, const py::args& positional,
+                      const py::kwargs& keywords) {
+  const std::string callable = "Trajectory." + name;
+  Json object = to_json(bind_arguments(callable, named_path_arguments(name), positional, keywords));
+  object["name"] = name;
+  Trajectory trajectory;
+  check(callable, read_trajectory(object, "", trajectory));
+  return trajectory;
+}
+
+std::string named_path_doc(const std::string& name) {
+  const Json defaults = write_settings(TrajectorySettings{});
+  std::string signature;
+  for (const std::string& argument : named_path_arguments(name)) {
+    signature += (signature.empty() ? "" : ", ") + argument + "=" + literal(defaults[argument]);
+  }
+  return name + "(" + signature + ")\n--\n\nThe path `" + name +
+         "` (docs/theory.md has its equation). ValueError names what is out of range.\n\n"
+         "Parameters\n----------\n" +
+         parameters_text<TrajectorySettings>();
+}
+
+using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+Eigen::ArrayXd to_eigen(const Samples& samples, const char* name) {
+  if (samples.ndim() != 1) {
+    throw py::value_error(std::string("Trajectory.from_samples: ") + name + " has " +
+                          std::to_string(samples.ndim()) + " dimensions; must have 1");
+  }
+  return Eigen::Map<const Eigen::ArrayXd>(samples.data(), samples.size());
+}
+
+Trajectory from_samples(const Samples& x, const Samples& y, double dt, const std::string& heading,
+                        int laps) {
+  const std::string callable = "Trajectory.from_samples";
+  TrajectorySettings settings;
+  settings.name = Curve::samples;
+  check(callable, read_settings({{"dt", dt}, {"heading", heading}, {"laps", laps}}, "", settings));
+  const Eigen::ArrayXd xs = to_eigen(x, "x");
+  const Eigen::ArrayXd ys = to_eigen(y, "y");
+  for (const auto& [array, name] : {std::pair{&xs, "x"}, std::pair{&ys, "y"}}) {
+    for (Eigen::Index k = 0; k < array->size(); ++k) {
+      if (!std::isfinite((*array)(k))) {
+        raise(callable, refuse_number(std::string(name) + "[" + std::to_string(k) + "]",
+                                      (*array)(k), any_number(), "m"));
+      }
+    }
+  }
+  Trajectory trajectory;
+  check(callable, build_trajectory(settings, xs, ys, "", trajectory));
+  return trajectory;
+}
+
+Trajectory from_csv(const py::object& path, const std::string& heading, int laps, double dt) {
+  TrajectorySettings settings;
+  check("Trajectory.from_csv",
+        read_settings({{"dt", dt}, {"heading", heading}, {"laps", laps}}, "", settings));
+  Trajectory trajectory;
+  const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
+  check("Trajectory.from_csv", load_trajectory(name, settings, trajectory));
+  return trajectory;
+}
+
+std::uint64_t draw_seed() {
+  std::random_device device;
+  return device();
+}
+
+// A seed from what NumPy calls rng: None, a number, or something that draws numbers.
+py::object seed_from(const py::object& rng) {
+  if (rng.is_none()) return py::int_(draw_seed());
+  if (py::hasattr(rng, "integers")) return rng.attr("integers")(std::int64_t{1} << 53);
+  return rng;
+}
+
+const std::vector<std::string> scenario_arguments = [] {
+  std::vector<std::string> names = {"trajectory", "robot"};
+  Scenario::fields([&](const auto& field) {
+    names.emplace_back(std::string(field.name) == "seed" ? "rng" : field.name);
+  });
+  return names;
+}();
+
+// The scenario with the changes that the keywords ask for.
+Scenario changed(const std::string& callable, Scenario scenario, py::dict arguments) {
+  if (arguments.contains("rng")) {
+    arguments["seed"] = seed_from(arguments["rng"]);
+    arguments.attr("pop")("rng");
+  }
+  const auto take = [&](const char* name, auto& member) {
+    using Member = std::decay_t<decltype(member)>;
+    if (!arguments.contains(name)) return;
+    const py::object value = arguments.attr("pop")(name);
+    if (!py::isinstance<Member>(value)) {
+      throw py::type_error(callable + ": " + name + " must be a " +
+                           py::str(py::type::of<Member>().attr("__name__")).cast<std::string>());
+    }
+    member = value.cast<const Member&>();
+  };
+  take("trajectory", scenario.trajectory);
+  take("robot", scenario.robot);
+  check(callable, read_settings(to_json(arguments), "", scenario));
+  check(callable, explain_consistency(scenario));
+  return scenario;
+}
+
+Scenario make_scenario(const py::args& positional, const py::kwargs& keywords) {
+  py::dict arguments = bind_arguments("Scenario", scenario_arguments, positional, keywords);
+  if (!arguments.contains("trajectory")) {
+    throw py::type_error("Scenario() needs a trajectory");
+  }
+  if (!arguments.contains("rng")) arguments["rng"] = py::none();
+  return changed("Scenario", Scenario{}, arguments);
+}
+
+// Changes of the published scenario; those of its trajectory may be given by name too.
+Scenario make_published(const py::kwargs& keywords) {
+  const std::string callable = "Scenario.published";
+  Json path = Json::object();
+  py::dict arguments;
+  const std::vector<std::string> path_arguments = named_path_arguments("ranunculoid");
+  for (const auto& [key, value] : keywords) {
+    const auto name = py::cast<std::string>(key);
+    const bool of_path =
+        std::find(path_arguments.begin(), path_arguments.end(), name) != path_arguments.end();
+    if (of_path) {
+      path[name] = to_json(value);
+    } else {
+      arguments[key] = value;
+    }
+  }
+  arguments = bind_arguments(callable, scenario_arguments, py::args(), py::kwargs(arguments));
+  if (!arguments.contains("rng")) arguments["rng"] = py::none();
+  Scenario scenario = Scenario::published();
+  check(callable, read_trajectory(path, "", scenario.trajectory));
+  return changed(callable, std::move(scenario), arguments);
+}
+
+py::array reference_table(const Scenario& scenario) {
+  const PreparedRun run = prepare(scenario);
+  py::array_t<double> table({run.reference.size(), std::size_t{8}});
+  auto cell = table.mutable_unchecked<2>();
+  py::ssize_t k = 0;
+  for (const ReferenceSample<double>& r : run.reference) {
+    const double row[] = {r.x,     r.y,        r.theta,     r.v,
+                          r.omega, r.tau_left, r.tau_right, r.reverse ? 1.0 : 0.0};
+    for (py::ssize_t j = 0; j < 8; ++j) cell(k, j) = row[j];
+    ++k;
+  }
+  return read_only(std::move(table));
+}
+
+std::string scenario_repr(const Scenario& s) {
+  const std::string rest = arguments_text(s, false);
+  return std::string("Scenario(") +
+         ChoiceNames<Curve>::names[static_cast<int>(s.trajectory.settings.name)] + ", " +
+         std::to_string(s.trajectory.size()) + " samples" + (rest.empty() ? "" : ", ") + rest + ")";
+}
+
+}  // namespace
+
+void bind_robot(py::module_& module) {
+  using R = Robot<double>;
+  const std::string doc =
+      "Robot(" + arguments_text(R{}, true) +
+      ")\n--\n\nA differential-drive robot; the default is the paper's Eddie.\n\n"
+      "Parameters\n----------\n" +
+      parameters_text<R>();
+  py::class_<R> cls(module, "Robot", py::is_final(), doc.c_str());
+  cls.def(py::init([](const py::args& positional, const py::kwargs& keywords) {
+    return read_robot(to_json(bind_arguments("Robot", field_names<R>(), positional, keywords)));
+  }));
+  cls.def_static("eddie", &R::eddie, "eddie()\n--\n\nThe paper's robot (its Table 1).");
+  cls.def_static(
+      "eddie_datasheet", &R::eddie_datasheet,
+      "eddie_datasheet()\n--\n\nThe same robot by its vendor's datasheet: track 0.390 m, "
+      "inertia of a disc.");
+  add_fields<R>(cls, [](const R& self) -> const R& { return self; });
+  cls.def(
+      "replace",
+      [](const R& self, const py::kwargs& changes) {
+        R robot = self;
+        check("Robot.replace", read_settings(to_json(py::dict(changes)), "", robot));
+        return robot;
+      },
+      "replace(**changes)\n--\n\nA copy with some parameters changed.");
+  cls.def("__repr__", [](const R& self) { return "Robot(" + arguments_text(self, true) + ")"; });
+  add_value_semantics<R>(cls, write_settings<R>, read_robot);
+}
+
+void bind_trajectory(py::module_& module) {
+  using T = Trajectory;
+  py::class_<T> cls(module, "Trajectory", py::is_final(),
+                    "A sampled reference trajectory. Made by its class methods, one a path.\n\n"
+                    "Arrays are read-only, one number a sample: t [s], x, y [m], theta [rad], v "
+                    "[m/s],\nomega [rad/s], acceleration [m/s^2], turn_acceleration [rad/s^2], "
+                    "reverse.");
+  for (const char* name : ChoiceNames<Curve>::names) {
+    const std::string path = name;
+    if (path == "samples") continue;
+    cls.def_static(
+        name,
+        [path](const py::args& positional, const py::kwargs& keywords) {
+          return named_path(path, positional, keywords);
+        },
+        named_path_doc(path).c_str());
+  }
+  cls.def_static("from_samples", &from_samples, py::arg("x"), py::arg("y"), py::arg("dt"),
+                 py::arg("heading") = "forward", py::arg("laps") = 1,
+                 "from_samples(x, y, dt, heading='forward', laps=1)\n--\n\n"
+                 "A path through positions x, y (N,) [m], dt [s] apart, N >= 3. More than one lap\n"
+                 "needs a closed path. ValueError names the sample or argument at fault.");
+  cls.def_static("from_csv", &from_csv, py::arg("path"), py::arg("heading") = "forward",
+                 py::arg("laps") = 1, py::arg("dt") = TrajectorySettings{}.dt,
+                 "from_csv(path, heading='forward', laps=1, dt=0.2)\n--\n\n"
+                 "A path from a table with columns x, y [m] and t [s], or without t, dt apart.\n"
+                 "ValueError names file and line.");
+  cls.def_property_readonly(
+      "t",
+      [](const T& self) -> py::array {
+        py::array_t<double> t(self.size());
+        for (py::ssize_t k = 0; k < self.size(); ++k)
+          t.mutable_at(k) = static_cast<double>(k) * self.dt();
+        return read_only(std::move(t));
+      },
+      "times [s]");
+  const auto array = [&](const char* name, Eigen::ArrayXd T::*member, const char* text) {
+    cls.def_property_readonly(
+        name,
+        [member](const py::object& self) { return view(self.cast<const T&>().*member, self); },
+        text);
+  };
+  array("x", &T::x, "[m]");
+  array("y", &T::y, "[m]");
+  array("theta", &T::theta, "unwrapped heading [rad]");
+  array("v", &T::v, "speed, signed along the heading [m/s]");
+  array("omega", &T::omega, "[rad/s]");
+  array("acceleration", &T::acceleration, "dv/dt [m/s^2]");
+  array("turn_acceleration", &T::turn_acceleration, "d(omega)/dt [rad/s^2]");
+  cls.def_property_readonly(
+      "reverse",
+      [](const T& self) -> py::array {
+        py::array_t<bool> flags(self.size());
+        for (py::ssize_t k = 0; k < self.size(); ++k) {
+          flags.mutable_at(k) = self.reverse[static_cast<std::size_t>(k)] != 0;
+        }
+        return read_only(std::move(flags));
+      },
+      "where the reference drives backwards");
+  add_fields<TrajectorySettings>(
+      cls, [](const T& self) -> const TrajectorySettings& { return self.settings; });
+  cls.def_property_readonly("peak_speed", &T::peak_speed, "largest |v| [m/s]");
+  cls.def("__len__", [](const T& self) { return self.size(); });
+  cls.def("__repr__", [](const T& self) {
+    return "Trajectory." +
+           std::string(ChoiceNames<Curve>::names[static_cast<int>(self.settings.name)]) + "(" +
+           std::to_string(self.size()) + " samples, dt=" + number_text(self.dt()) + ", heading='" +
+           ChoiceNames<HeadingChoice>::names[static_cast<int>(self.settings.heading)] + "')";
+  });
+  add_value_semantics<T>(cls, write_trajectory, trajectory_from_json);
+}
+
+void bind_scenario(py::module_& module) {
+  using S = Scenario;
+  const std::string doc =
+      "Scenario(trajectory, robot=Robot(), " +
+      [] {
+        std::string text = arguments_text(Scenario{}, true);
+        return text.replace(text.find("seed=0"), 6, "rng=None");
+      }() +
+      ")\n--\n\nEverything about a run but the controller. ValueError names what is wrong.\n\n"
+      "`rng` is a seed, a numpy.random.Generator, or None to draw a seed, which `seed` records.\n\n"
+      "Parameters\n----------\ntrajectory\n    a Trajectory\nrobot\n    a Robot\n" +
+      parameters_text<S>();
+  py::class_<S> cls(module, "Scenario", py::is_final(), doc.c_str());
+  cls.def(py::init(&make_scenario));
+  cls.def_static("published", &make_published,
+                 "published(**changes)\n--\n\nThe scenario of the paper's figures, with changes: "
+                 "arguments of Scenario, or of\nTrajectory.ranunculoid.");
+  cls.def_static(
+      "load",
+      [](const py::object& path) {
+        S scenario;
+        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
+        check("Scenario.load", load_scenario(name, scenario));
+        return scenario;
+      },
+      py::arg("path"), "load(path)\n--\n\nReads a scenario file (JSON).");
+  cls.def(
+      "save",
+      [](const S& self, const py::object& path) {
+        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
+        check("Scenario.save", write_file(name, document_text(write_scenario(self))));
+      },
+      py::arg("path"), "save(path)\n--\n\nWrites a scenario file (JSON).");
+  cls.def(
+      "replace",
+      [](const S& self, const py::kwargs& changes) {
+        return changed("Scenario.replace", self,
+                       bind_arguments("Scenario.replace", scenario_arguments, py::args(), changes));
+      },
+      "replace(**changes)\n--\n\nA copy with some arguments changed.");
+  cls.def_readonly("trajectory", &S::trajectory, "the Trajectory");
+  cls.def_readonly("robot", &S::robot, "the Robot");
+  add_fields<S>(cls, [](const S& self) -> const S& { return self; });
+  cls.def_property_readonly("reference", &reference_table,
+                            "(N, 8): x, y, theta, v, omega, tau_left, tau_right, reverse, as "
+                            "Controller.step takes a row");
+  cls.def("__repr__", &scenario_repr);
+  add_value_semantics<S>(cls, write_scenario, scenario_from_json);
+}
+
+}  // namespace nfopidn::python

@@ -1,0 +1,123 @@
+// simulate() and SimulationResult.
+#include "bindings.hpp"
+
+namespace nfopidn::python {
+
+namespace {
+
+PyResult run(const Scenario* scenario, const PyController* controller) {
+  PyResult run{scenario != nullptr ? *scenario : Scenario::published(),
+               controller != nullptr ? controller->settings : ControllerSettings<double>{},
+               {}};
+  const py::gil_scoped_release release;
+  run.result = simulate(run.scenario, run.settings);
+  return run;
+}
+
+py::array block(const py::object& self, int first, int count) {
+  const RunTable& table = self.cast<const PyResult&>().result.table;
+  return view(table.data() + first, {table.rows(), count}, {column_count, 1}, self);
+}
+
+py::array column(const py::object& self, int index) {
+  const RunTable& table = self.cast<const PyResult&>().result.table;
+  return view(table.data() + index, {table.rows()}, {column_count}, self);
+}
+
+py::dict columns(const py::object& self) {
+  py::dict result;
+  for (int i = 0; i < column_count; ++i) result[column_names[i]] = column(self, i);
+  return result;
+}
+
+py::dict metrics(const PyResult& self) {
+  py::dict result;
+  Metrics::fields(
+      [&](const auto& field) { result[field.name] = self.result.metrics.*field.member; });
+  return result;
+}
+
+std::string repr(const PyResult& self) {
+  std::string text = "SimulationResult(cost=" + number_text(self.result.metrics.cost) + ", " +
+                     std::to_string(self.result.table.rows()) + " samples";
+  if (self.result.diverged) text += ", diverged_at=" + number_text(self.result.diverged_at);
+  return text + ")";
+}
+
+py::tuple get_state(const PyResult& self) {
+  const RunTable& table = self.result.table;
+  const py::bytes rows(reinterpret_cast<const char*>(table.data()),
+                       static_cast<std::size_t>(table.size()) * sizeof(double));
+  return py::make_tuple(write_scenario(self.scenario).dump(),
+                        write_controller(self.settings).dump(), rows, self.result.metrics.cost,
+                        self.result.diverged, self.result.diverged_at);
+}
+
+PyResult set_state(const py::tuple& state) {
+  PyResult self;
+  Json document;
+  check("pickle", parse_json(state[0].cast<std::string>(), document));
+  check("pickle", read_scenario(document, self.scenario));
+  check("pickle", parse_json(state[1].cast<std::string>(), document));
+  check("pickle", read_controller(document, self.settings));
+  const auto rows = state[2].cast<std::string>();
+  const std::size_t row_size = column_count * sizeof(double);
+  self.result.table.resize(static_cast<Eigen::Index>(rows.size() / row_size), column_count);
+  std::memcpy(self.result.table.data(), rows.data(),
+              static_cast<std::size_t>(self.result.table.size()) * sizeof(double));
+  self.result.metrics = measure(self.result.table, state[3].cast<double>(), self.scenario);
+  self.result.diverged = state[4].cast<bool>();
+  self.result.diverged_at = state[5].cast<double>();
+  return self;
+}
+
+}  // namespace
+
+void bind_simulation(py::module_& module) {
+  using R = PyResult;
+  py::class_<R> cls(module, "SimulationResult", py::is_final(),
+                    "A simulated run. Arrays are read-only views of N rows, one a sample, up to "
+                    "where the run\ndiverged.");
+  cls.def_property_readonly(
+      "cost", [](const R& self) { return self.result.metrics.cost; }, "E of eq. 41");
+  cls.def_property_readonly("metrics", &metrics, "dict of figures; docs/theory.md defines them");
+  cls.def_property_readonly("columns", &columns, "dict of the run table's columns, (N,) each");
+  cls.def_property_readonly(
+      "pose", [](const py::object& self) { return block(self, column_x, 3); },
+      "(N, 3): x, y [m], theta [rad]");
+  cls.def_property_readonly(
+      "torque", [](const py::object& self) { return block(self, column_tau_left, 2); },
+      "(N, 2): total torques left, right [N m]");
+  cls.def_property_readonly(
+      "t", [](const py::object& self) { return column(self, column_t); }, "(N,): times [s]");
+  cls.def_property_readonly(
+      "diverged_at",
+      [](const R& self) -> py::object {
+        if (!self.result.diverged) return py::none();
+        return py::float_(self.result.diverged_at);
+      },
+      "time [s] at which the run diverged, or None");
+  cls.def_readonly("scenario", &R::scenario, "the Scenario");
+  cls.def_property_readonly(
+      "controller", [](const R& self) { return PyController(self.settings); },
+      "the Controller, at rest");
+  cls.def(
+      "to_csv",
+      [](const R& self, const py::object& path) {
+        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
+        check("SimulationResult.to_csv", write_file(name, run_table_csv(self.result.table)));
+      },
+      py::arg("path"), "to_csv(path)\n--\n\nWrites the run table.");
+  cls.def("__len__", [](const R& self) { return self.result.table.rows(); });
+  cls.def("__repr__", &repr);
+  cls.def(py::pickle(&get_state, &set_state));
+  cls.def("__copy__", [](const R& self) { return self; });
+  cls.def("__deepcopy__", [](const R& self, const py::dict&) { return self; });
+
+  module.def("simulate", &run, py::arg("scenario") = py::none(), py::arg("controller") = py::none(),
+             "simulate(scenario=None, controller=None)\n--\n\nRuns a scenario under a controller, "
+             "by default the published ones, and returns a\nSimulationResult. A run that diverges "
+             "keeps its rows so far and says when in diverged_at.");
+}
+
+}  // namespace nfopidn::python
