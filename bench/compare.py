@@ -1,0 +1,90 @@
+"""The closed loop of the C++ core beside the same loop in Python, NumPy and numba.
+
+Rounds alternate between the rivals, so that a slow moment of the machine strikes all of them; the
+best round of each counts. The core's time is that of build/bench/bench/bench_loop.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import loops
+import numpy as np
+
+import nfopidn
+
+ROOT = Path(__file__).resolve().parents[1]
+BINARY = Path(os.environ.get("NFOPIDN_BENCH_LOOP", ROOT / "build/bench/bench/bench_loop"))
+ROUNDS = 7
+# What the core has to reach: so many times the speed of the rival.
+BARS = {"plain Python": 60.0, "NumPy": 200.0, "numba": 1.2}
+
+
+def core_seconds() -> float:
+    """One round of the C++ loop, cost alone, M = 5: seconds a run."""
+    command = [
+        str(BINARY),
+        "--benchmark_filter=cost_alone/5$",
+        "--benchmark_format=json",
+        "--benchmark_min_time=0.1",
+    ]
+    report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    return float(report["benchmarks"][0]["real_time"]) * 1e-9
+
+
+def seconds(function, *arguments, repeat: int) -> float:
+    """The mean time of `repeat` calls."""
+    start = time.perf_counter()
+    for _ in range(repeat):
+        function(*arguments)
+    return (time.perf_counter() - start) / repeat
+
+
+def main() -> int:
+    """Measure, print the table, and return 1 if a bar is missed."""
+    try:
+        import numba
+    except ImportError:
+        print("numba is missing: pip install 'nfopidn[bench]'", file=sys.stderr)
+        return 2
+    reference = nfopidn.Scenario.published(rng=0).reference
+    taps = nfopidn.Controller.published().taps
+    compiled = numba.njit(loops.compiled_loop)
+    rows, lists = reference.tolist(), taps.tolist()
+    rivals = {
+        "plain Python": (loops.plain_python, rows, lists, 2),
+        "NumPy": (loops.fused_numpy, reference, taps, 2),
+        "numba": (compiled, reference, taps, 500),
+    }
+    cost = nfopidn.simulate().cost
+    for name, (function, first, second, _) in rivals.items():
+        if not np.isclose(function(first, second), cost, rtol=1e-9):
+            print(f"{name} computes another cost", file=sys.stderr)
+            return 2
+    best = dict.fromkeys(["core", *rivals], float("inf"))
+    for _ in range(ROUNDS):
+        best["core"] = min(best["core"], core_seconds())
+        for name, (function, first, second, repeat) in rivals.items():
+            best[name] = min(best[name], seconds(function, first, second, repeat=repeat))
+
+    steps = len(reference)
+    print(f"closed loop, published scenario, {steps} samples, M = 5, one core\n")
+    print(f"{'':14} {'us a run':>10} {'ns a step':>10} {'core is':>12} {'bar':>8}")
+    missed = False
+    for name, time_taken in best.items():
+        ratio = time_taken / best["core"]
+        bar = BARS.get(name)
+        missed |= bar is not None and ratio < bar
+        bar_text = f"{bar:g} x" if bar else ""
+        print(
+            f"{name:14} {time_taken * 1e6:10.1f} {time_taken / steps * 1e9:10.1f} "
+            f"{ratio:10.1f} x {bar_text:>8}"
+        )
+    return int(missed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

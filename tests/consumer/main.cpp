@@ -1,0 +1,14 @@
+// A program of somebody else's: host side here, firmware zone in the other translation unit.
+#include <cstdio>
+
+#include "nfopidn/simulate.hpp"
+
+float firmware_torque();
+
+int main() {
+  const nfopidn::Scenario scenario = nfopidn::Scenario::published();
+  const nfopidn::SimulationResult result = nfopidn::simulate(scenario, {});
+  std::printf("cost %.9f, firmware torque %.6f N m\n", result.metrics.cost, firmware_torque());
+  const bool right = result.metrics.cost > 0.09205918 && result.metrics.cost < 0.09205919;
+  return right && firmware_torque() < 0 ? 0 : 1;
+}
