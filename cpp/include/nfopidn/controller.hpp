@@ -39,6 +39,7 @@ class Controller {
   constexpr void configure_structure(const ControllerSettings<Base>& settings,
                                      const ControlLimits<Base>& limits) noexcept {
     allocation_ = settings.allocation;
+    allocation_kind_ = allocation_.kind();
     form_ = settings.form;
     activation_ = settings.activation;
     frame_ = settings.frame;
@@ -103,8 +104,13 @@ class Controller {
     const Scalar x = neuron ? M::sigmoid(net.x) : M::identity(net.x);
     const Scalar y = neuron ? M::sigmoid(net.y) : M::identity(net.y);
     const Scalar theta = neuron ? M::sigmoid(net.theta) : M::identity(net.theta);
+    switch (allocation_kind_) {
+      case AllocationKind::paper: return {y + theta, x + y};
+      case AllocationKind::decoupled: return {x + (y + theta), x - (y + theta)};
+      case AllocationKind::any: break;
+    }
     const auto row = [&](const Base* share) {
-      return x * share[0] + y * share[1] + theta * share[2];
+      return x * share[0] + (y * share[1] + theta * share[2]);
     };
     return {row(allocation_.matrix[0]), row(allocation_.matrix[1])};
   }
@@ -132,6 +138,7 @@ class Controller {
   Filter filter_ = {};
   TorquePair<Scalar> feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
   Allocation<Base> allocation_ = Allocation<Base>::paper();
+  AllocationKind allocation_kind_ = AllocationKind::paper;
   Base limit_ = Base(3.078);
   Base inverse_speed_scale_ = Base(1);
   Form form_ = Form::positional;

@@ -43,6 +43,9 @@ struct ChoiceNames<AntiWindup> {
   static constexpr const char* names[] = {"none", "hold", "clamp"};
 };
 
+// The named allocations need no multiplications; the result is the same to the last bit.
+enum class AllocationKind : unsigned char { paper, decoupled, any };
+
 // Which neuron drives which wheel: rows left, right; columns x, y, theta.
 template <class Base>
 struct Allocation {
@@ -53,6 +56,19 @@ struct Allocation {
   }
   static constexpr Allocation decoupled() {  // x drives, y and theta steer
     return {{{Base(1), Base(1), Base(1)}, {Base(1), Base(-1), Base(-1)}}};
+  }
+
+  constexpr AllocationKind kind() const {
+    if (equals(paper())) return AllocationKind::paper;
+    return equals(decoupled()) ? AllocationKind::decoupled : AllocationKind::any;
+  }
+  constexpr bool equals(const Allocation& other) const {
+    for (int row = 0; row < 2; ++row) {
+      for (int column = 0; column < channel_count; ++column) {
+        if (matrix[row][column] != other.matrix[row][column]) return false;
+      }
+    }
+    return true;
   }
 };
 

@@ -45,20 +45,20 @@ class CostMeter {
     const Scalar right = reference.tau_right - torque.right;
     running_ = running_ & (distance <= square_limit_) & (angle_square == angle_square);
     const Scalar term = distance + angle_square + (left * left + right * right);
-    sum_ = sum_ + M::select(running_, term, Scalar(Base(0)));
-    count_ = count_ + M::select(running_, Scalar(Base(1)), Scalar(Base(0)));
+    sum_ = sum_ + M::select(running_, term, Scalar(square_limit_));
     return M::any(running_);
   }
 
-  constexpr Scalar cost(int samples) const {
-    return (sum_ + (Base(samples) - count_) * square_limit_) * (Base(1) / Base(samples));
+  // Counts `samples` more as missing.
+  constexpr void miss(int samples) {
+    // One by one, so that a component's sum does not depend on when the others diverged.
+    for (int k = 0; k < samples; ++k) sum_ = sum_ + square_limit_;
   }
-  // The sample at which the run diverged; `samples` when it did not.
-  constexpr Scalar completed() const { return count_; }
+
+  constexpr Scalar mean(int samples) const { return sum_ * (Base(1) / Base(samples)); }
 
  private:
   Scalar sum_ = Scalar(Base(0));
-  Scalar count_ = Scalar(Base(0));
   Base square_limit_;
   typename M::Mask running_ = M::all();
 };
@@ -66,7 +66,7 @@ class CostMeter {
 template <class Scalar>
 struct LoopResult {
   Scalar cost;       // eq. 41, E
-  Scalar completed;  // samples before the run diverged, all of them if it did not
+  int completed;  // samples until every component has diverged, all of them if one did not
 };
 
 namespace detail {
@@ -130,13 +130,16 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
       torque = law.step(measured, shown);
     }
     const bool running = meter.add(world_errors(exact, reference), torque, reference);
-    if (!running) break;
+    if (!running) {
+      meter.miss(inputs.samples - k - 1);
+      return {meter.mean(inputs.samples), k};
+    }
     const TorquePair<Scalar> applied = delay.pass(torque);
     observe(k, state, torque, applied);
     plant.advance(state, heading, applied,
                   inputs.disturbance[inputs.disturbance_by_sample ? k : 0]);
   }
-  return {meter.cost(inputs.samples), meter.completed()};
+  return {meter.mean(inputs.samples), inputs.samples};
 }
 
 }  // namespace detail

@@ -185,6 +185,7 @@ struct math {
 
   static constexpr Scalar from_radians(Scalar angle) { return angle; }
   static constexpr Scalar to_radians(Scalar angle) { return angle; }
+  static constexpr Base base_from_radians(Base angle) { return angle; }
 
   static constexpr Scalar minimum(Scalar a, Scalar b) { return b < a ? b : a; }
   static constexpr Scalar maximum(Scalar a, Scalar b) { return a < b ? b : a; }

@@ -64,7 +64,7 @@ class Plant {
     const Scalar distance = state.v * step_;
     state.x = state.x + distance * heading.cosine;
     state.y = state.y + distance * heading.sine;
-    state.theta = state.theta + math<Scalar>::from_radians(state.omega * step_);
+    state.theta = state.theta + state.omega * math<Scalar>::base_from_radians(step_);
   }
 
   // Implicit in both kinds of friction, so that no step size makes it unstable or chatter.

@@ -33,7 +33,7 @@ SimulationResult record(const PreparedRun& run, Law& law) {
   law.reset();
   const LoopResult<double> loop =
       run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe);
-  const auto completed = static_cast<Eigen::Index>(loop.completed);
+  const Eigen::Index completed = loop.completed;
   result.diverged = completed < result.table.rows();
   result.diverged_at = static_cast<double>(completed) * scenario.trajectory.dt();
   if (result.diverged) result.table = RunTable(result.table.topRows(completed));

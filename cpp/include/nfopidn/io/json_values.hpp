@@ -193,11 +193,11 @@ Json write(const std::array<double, count>& value) {
   return Json(value);
 }
 inline Json write(const Allocation<double>& value) {
-  const auto same = [&](const Allocation<double>& other) {
-    return std::equal(&value.matrix[0][0], &value.matrix[0][0] + 6, &other.matrix[0][0]);
-  };
-  if (same(Allocation<double>::paper())) return "paper";
-  if (same(Allocation<double>::decoupled())) return "decoupled";
+  switch (value.kind()) {
+    case AllocationKind::paper: return "paper";
+    case AllocationKind::decoupled: return "decoupled";
+    case AllocationKind::any: break;
+  }
   return write(value.matrix);
 }
 template <std::size_t count>

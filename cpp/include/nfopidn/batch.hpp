@@ -1,0 +1,137 @@
+// L4. Costs of many candidates at once, on wide instructions chosen at run time, and threads.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "nfopidn/batch_job.hpp"
+#include "nfopidn/dual.hpp"
+#include "nfopidn/simulate.hpp"
+
+namespace nfopidn {
+
+enum class InstructionSet : unsigned char { sse2, avx2, avx512, neon };
+
+template <>
+struct ChoiceNames<InstructionSet> {
+  static constexpr const char* names[] = {"sse2", "avx2", "avx512", "neon"};
+};
+
+struct BatchKernels {
+  void (*costs)(const BatchJob&) = nullptr;
+  void (*gradient)(const GradientJob&) = nullptr;
+};
+
+// The widest instruction set of this processor, of those built in.
+InstructionSet best_instruction_set() noexcept;
+
+// Null pointers for one that this build or this processor does not have.
+BatchKernels batch_kernels(InstructionSet set) noexcept;
+
+// One scenario and structure, many candidates. The costs are the same to the last bit on every
+// instruction set and any number of threads. Scenarios with the exact integrator and memories
+// beyond 32 run one candidate at a time.
+class BatchEvaluator {
+ public:
+  // The scenario behind `run` must outlive this.
+  BatchEvaluator(PreparedRun run, const ControllerSettings<double>& structure)
+      : run_(std::move(run)), structure_(structure), wide_(run_) {
+    for (auto& sample : wide_.reference) sample.theta *= batch_angle_unit;
+    for (auto& sample : wide_.noise) sample.theta *= batch_angle_unit;
+    wide_.start.theta *= batch_angle_unit;
+    set_instruction_set(best_instruction_set());
+  }
+
+  void set_instruction_set(InstructionSet set) {
+    const bool wide = run_.scenario->integrator == Integrator::semi_implicit_euler &&
+                      tap_count() <= batch_capacity;
+    kernels_ = wide ? batch_kernels(set) : BatchKernels{};
+  }
+
+  int tap_count() const { return structure_.memory + 2; }
+  const ControllerSettings<double>& structure() const { return structure_; }
+  const PreparedRun& run() const { return run_; }
+
+  // taps: [candidates][3][tap_count], costs: [candidates].
+  void costs_of_taps(const double* taps, int candidates, double* costs, int threads = 1) const {
+    const int share = threads > 1 ? (candidates + threads - 1) / threads : candidates;
+    std::vector<std::thread> helpers;
+    for (int first = share; first < candidates; first += share) {
+      const int count = std::min(share, candidates - first);
+      helpers.emplace_back([=] { run_block(taps, first, count, costs); });
+    }
+    run_block(taps, 0, std::min(share, candidates), costs);
+    for (std::thread& helper : helpers) helper.join();
+  }
+
+  // The cost of one candidate's taps, [3][tap_count], and its slopes in the directions in which
+  // the taps change by slopes, [directions][3][tap_count].
+  double gradient(const double* taps, const double* slopes, int directions, double* result) const {
+    double cost = 0;
+    if (kernels_.gradient != nullptr) {
+      const LoopInputs<double> inputs = wide_.inputs();
+      kernels_.gradient({job(inputs, taps, 1, &cost), slopes, directions, result});
+      return cost;
+    }
+    for (int i = 0; i < directions; ++i) {
+      const auto place = static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
+      cost = directional(taps, slopes + place, result[i]);
+    }
+    return cost;
+  }
+
+ private:
+  BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count,
+               double* costs) const {
+    return {&wide_.plant, &inputs, &wide_.start, &structure_, &wide_.limits,
+            taps,         tap_count(), count,    costs};
+  }
+
+  double directional(const double* taps, const double* slopes, double& slope) const {
+    using Scalar = Dual<double>;
+    std::vector<Scalar> own(static_cast<std::size_t>(channel_count * tap_count()));
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = {taps[i], slopes[i]};
+    auto law = std::make_unique<Controller<Scalar, Fir<Scalar, maximum_memory + 2>>>();
+    law->configure_structure(structure_, run_.limits);
+    law->set_taps(own.data(), own.data() + tap_count(), own.data() + 2 * tap_count(), tap_count());
+    const State<double>& s = run_.start;
+    const State<Scalar> start = {Scalar(s.x), Scalar(s.y), Scalar(s.theta), Scalar(s.v),
+                                 Scalar(s.omega)};
+    const LoopResult<Scalar> result = run_closed_loop<Scalar>(
+        run_.plant, *law, start, run_.inputs(), [](int, auto&&...) {});
+    slope = result.cost.slope;
+    return result.cost.value;
+  }
+
+  void run_block(const double* taps, int first, int count, double* costs) const {
+    const double* block = taps + static_cast<std::ptrdiff_t>(first) * channel_count * tap_count();
+    if (kernels_.costs == nullptr) {
+      run_one_by_one(block, count, costs + first);
+      return;
+    }
+    const LoopInputs<double> inputs = wide_.inputs();
+    kernels_.costs(job(inputs, block, count, costs + first));
+  }
+
+  void run_one_by_one(const double* taps, int count, double* costs) const {
+    with_controller(structure_, run_.limits, [&](auto& law) {
+      for (int i = 0; i < count; ++i) {
+        const double* own = taps + static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
+        law.set_taps(own, own + tap_count(), own + 2 * tap_count(), tap_count());
+        law.reset();
+        costs[i] = run_closed_loop<double>(run_.plant, law, run_.start, run_.inputs(),
+                                           [](int, auto&&...) {})
+                       .cost;
+      }
+    });
+  }
+
+  PreparedRun run_;
+  ControllerSettings<double> structure_;
+  PreparedRun wide_;  // the same with angles in batch_angle_unit
+  BatchKernels kernels_;
+};
+
+}  // namespace nfopidn

@@ -1,0 +1,31 @@
+// L2. What the units per instruction set are given: raw pointers, borrowed.
+#pragma once
+
+#include "nfopidn/loop.hpp"
+
+namespace nfopidn {
+
+constexpr int batch_capacity = 34;  // most taps a channel: memory 32
+constexpr double batch_angle_unit = 1 / 3.14159265358979323846;  // the lanes count half turns
+
+struct BatchJob {
+  const Plant<double>* plant;
+  const LoopInputs<double>* inputs;  // angles in batch_angle_unit
+  const State<double>* start;        // theta in batch_angle_unit
+  const ControllerSettings<double>* structure;
+  const ControlLimits<double>* limits;
+  const double* taps;  // [candidates][3][tap_count]
+  int tap_count;
+  int candidates;
+  double* costs;  // [candidates]
+};
+
+// One candidate and the slopes of its taps in several directions.
+struct GradientJob {
+  BatchJob batch;        // its taps are those of the one candidate, costs its cost
+  const double* slopes;  // [directions][3][tap_count]
+  int directions;
+  double* gradient;  // [directions]: the cost's slopes
+};
+
+}  // namespace nfopidn

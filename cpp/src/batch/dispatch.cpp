@@ -1,0 +1,50 @@
+// Chooses the unit for this processor. Compiled for the plain architecture.
+#include "nfopidn/batch.hpp"
+
+namespace nfopidn {
+
+#if defined(__x86_64__)
+void run_batch_sse2(const BatchJob& job);
+void run_batch_avx2(const BatchJob& job);
+void run_batch_avx512(const BatchJob& job);
+void run_gradient_sse2(const GradientJob& job);
+void run_gradient_avx2(const GradientJob& job);
+void run_gradient_avx512(const GradientJob& job);
+#elif defined(__aarch64__)
+void run_batch_neon(const BatchJob& job);
+void run_gradient_neon(const GradientJob& job);
+#endif
+
+BatchKernels batch_kernels(InstructionSet set) noexcept {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  switch (set) {
+    case InstructionSet::avx512:
+      if (!__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512dq") ||
+          !__builtin_cpu_supports("avx512vl")) {
+        break;
+      }
+      return {run_batch_avx512, run_gradient_avx512};
+    case InstructionSet::avx2:
+      if (!__builtin_cpu_supports("avx2")) break;
+      return {run_batch_avx2, run_gradient_avx2};
+    case InstructionSet::sse2: return {run_batch_sse2, run_gradient_sse2};
+    case InstructionSet::neon: break;
+  }
+#elif defined(__aarch64__)
+  if (set == InstructionSet::neon) return {run_batch_neon, run_gradient_neon};
+#else
+  static_cast<void>(set);
+#endif
+  return {};
+}
+
+InstructionSet best_instruction_set() noexcept {
+  for (const InstructionSet set : {InstructionSet::avx512, InstructionSet::avx2,
+                                   InstructionSet::sse2}) {
+    if (batch_kernels(set).costs != nullptr) return set;
+  }
+  return InstructionSet::neon;
+}
+
+}  // namespace nfopidn

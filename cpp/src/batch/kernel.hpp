@@ -1,0 +1,109 @@
+// The closed loop over lanes, for whatever instruction set the including unit is compiled for.
+#pragma once
+
+#include "lanes.hpp"
+#include "nfopidn/batch_job.hpp"
+#include "nfopidn/dual.hpp"
+#include "nfopidn/loop.hpp"
+
+namespace nfopidn {
+
+// Spare history of a lanes' filter: enough to make its shift rare, little enough for the cache.
+constexpr int lane_slack = 9;
+
+template <class Scalar, int capacity>
+inline LoopResult<Scalar> run_law(const BatchJob& job,
+                                  const Scalar (&taps)[channel_count][capacity]) {
+  Controller<Scalar, Fir<Scalar, capacity, lane_slack>> law;
+  law.configure_structure(*job.structure, *job.limits);
+  law.set_taps(taps[0], taps[1], taps[2], job.tap_count);
+  const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y),
+                               Scalar(job.start->theta), Scalar(job.start->v),
+                               Scalar(job.start->omega)};
+  const auto ignore = [](int, const State<Scalar>&, const TorquePair<Scalar>&,
+                         const TorquePair<Scalar>&) {};
+  return run_closed_loop<Scalar>(*job.plant, law, start, *job.inputs, ignore);
+}
+
+// Runs the candidates first .. first + Wide::size - 1; past the last one, the last one again.
+template <class Wide, int capacity>
+inline void run_lanes(const BatchJob& job, int first) {
+  Wide taps[channel_count][capacity];
+  for (int lane = 0; lane < Wide::size; ++lane) {
+    const int candidate = first + lane < job.candidates ? first + lane : job.candidates - 1;
+    const double* source = job.taps + static_cast<long>(candidate) * channel_count * job.tap_count;
+    for (int channel = 0; channel < channel_count; ++channel) {
+      for (int j = 0; j < job.tap_count; ++j) {
+        taps[channel][j].set(lane, source[channel * job.tap_count + j]);
+      }
+    }
+  }
+  const LoopResult<Wide> result = run_law<Wide, capacity>(job, taps);
+  for (int lane = 0; lane < Wide::size && first + lane < job.candidates; ++lane) {
+    job.costs[first + lane] = result.cost.get(lane);
+  }
+}
+
+// The cost and its slopes in the directions first .. first + Wide::size - 1.
+template <class Wide, int capacity>
+inline void run_dual(const GradientJob& gradient, int first) {
+  using Scalar = Dual<Wide>;
+  const BatchJob& job = gradient.batch;
+  Scalar taps[channel_count][capacity];
+  for (int channel = 0; channel < channel_count; ++channel) {
+    for (int j = 0; j < job.tap_count; ++j) {
+      const int place = channel * job.tap_count + j;
+      Scalar& tap = taps[channel][j];
+      tap.value = Wide(job.taps[place]);
+      tap.slope = Wide(0.0);
+      for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
+        const long row = static_cast<long>(first + lane) * channel_count * job.tap_count;
+        tap.slope.set(lane, gradient.slopes[row + place]);
+      }
+    }
+  }
+  const LoopResult<Scalar> result = run_law<Scalar, capacity>(job, taps);
+  job.costs[0] = result.cost.value.get(0);
+  for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
+    gradient.gradient[first + lane] = result.cost.slope.get(lane);
+  }
+}
+
+// All candidates; narrower blocks for what is left at the end.
+template <class Wide, class Narrow, int capacity>
+inline void run_blocks(const BatchJob& job) {
+  int first = 0;
+  for (; job.candidates - first > Wide::size - Narrow::size; first += Wide::size) {
+    run_lanes<Wide, capacity>(job, first);
+  }
+  for (; first < job.candidates; first += Narrow::size) run_lanes<Narrow, capacity>(job, first);
+}
+
+// Calls use(capacity) with the smallest filter that holds the taps.
+template <class Use>
+inline void with_capacity(int tap_count, const Use& use) {
+  if (tap_count <= 7) {
+    use(std::integral_constant<int, 7>());
+  } else if (tap_count <= 10) {
+    use(std::integral_constant<int, 10>());
+  } else {
+    use(std::integral_constant<int, batch_capacity>());
+  }
+}
+
+template <class Wide, class Narrow>
+inline void run_batch(const BatchJob& job) {
+  with_capacity(job.tap_count,
+                [&](auto capacity) { run_blocks<Wide, Narrow, capacity()>(job); });
+}
+
+template <class Wide>
+inline void run_gradient(const GradientJob& job) {
+  with_capacity(job.batch.tap_count, [&](auto capacity) {
+    for (int first = 0; first < job.directions; first += Wide::size) {
+      run_dual<Wide, capacity()>(job, first);
+    }
+  });
+}
+
+}  // namespace nfopidn

@@ -1,0 +1,9 @@
+#include "kernel.hpp"
+
+namespace nfopidn {
+
+void run_batch_neon(const BatchJob& job) { run_batch<Lanes<2, 4>, Lanes<2, 1>>(job); }
+
+void run_gradient_neon(const GradientJob& job) { run_gradient<Lanes<2, 2>>(job); }
+
+}  // namespace nfopidn
