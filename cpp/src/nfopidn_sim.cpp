@@ -235,9 +235,7 @@ int run(const Arguments& arguments) {
   return result.diverged ? exit_diverged : exit_done;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_command_line(int argc, char** argv) {
   CLI::App app("Simulates a differential-drive robot under the NFOPIDN controller.", "nfopidn_sim");
   Arguments arguments;
   declare(app, arguments);
@@ -251,8 +249,14 @@ int main(int argc, char** argv) {
     std::cerr << "nfopidn_sim: " << error.what() << "; see --help\n";
     return exit_bad_input;
   }
+  return run(arguments);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    return run(arguments);
+    return run_command_line(argc, argv);
   } catch (const std::bad_alloc&) {
     std::cerr << "nfopidn_sim: out of memory\n";
   } catch (const std::exception& error) {

@@ -16,7 +16,7 @@ struct LoopInputs {
   const ReferenceSample<Base>* reference = nullptr;  // `samples` of them
   int samples = 0;
   const Measurement<Base>* noise = nullptr;  // added to the measurement, per sample; may be null
-  const Disturbance<Base>* disturbance = nullptr;
+  const Disturbance<Base>* disturbance = nullptr;  // may be null
   bool disturbance_by_sample = false;   // else disturbance points to one, which is constant
   int delay = 0;                        // samples from measurement to applied torque
   bool feedforward = true;              // the law is given the reference torques
@@ -136,8 +136,11 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
     }
     const TorquePair<Scalar> applied = delay.pass(torque);
     observe(k, state, torque, applied);
-    plant.advance(state, heading, applied,
-                  inputs.disturbance[inputs.disturbance_by_sample ? k : 0]);
+    Disturbance<Base> outside = {Base(0), Base(0)};
+    if (inputs.disturbance != nullptr) {
+      outside = inputs.disturbance[inputs.disturbance_by_sample ? k : 0];
+    }
+    plant.advance(state, heading, applied, outside);
   }
   return {meter.mean(inputs.samples), inputs.samples};
 }

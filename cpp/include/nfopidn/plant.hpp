@@ -33,7 +33,7 @@ class Plant {
         substeps_(substeps),
         has_friction_(friction.viscous != Base(0) || friction.coulomb != Base(0)) {}
 
-  // `heading` is that of state.theta.
+  // `heading` is that of state.theta. The exact integrator needs a Scalar with an order.
   template <class Scalar>
   NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
                                         const TorquePair<Scalar>& torque,

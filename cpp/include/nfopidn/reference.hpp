@@ -1,6 +1,7 @@
 // L2. One sample of the reference, and what the controller is shown of the robot.
 #pragma once
 
+#include "nfopidn/fir.hpp"
 #include "nfopidn/robot.hpp"
 
 namespace nfopidn {

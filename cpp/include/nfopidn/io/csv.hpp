@@ -102,7 +102,7 @@ inline Outcome parse(const std::string& path, std::string_view text, Table& tabl
     text.remove_prefix(std::min(end + 1, text.size()));
     if (!row.empty() && row.back() == '\r') row.remove_suffix(1);
     if (row.find_first_not_of(" \t") == std::string_view::npos) continue;
-    const Outcome outcome = table.names.empty() ? read_header(path, line, row, table)
+    Outcome outcome = table.names.empty() ? read_header(path, line, row, table)
                                                 : read_row(path, line, row, table);
     if (!outcome) return outcome;
   }

@@ -1,0 +1,78 @@
+"""Figures of runs, controllers and the system itself.
+
+Each function draws one figure: into the Axes that it is given, or into a new figure. None changes
+matplotlib's settings, and matplotlib is loaded when the first figure is asked for, not before.
+
+========================== ========================================================
+`path`                     reference and driven path
+`orientation`              reference and driven heading
+`feedforward_torque`       what the reference's motion needs
+`feedback_torque`          what the controller adds
+`total_torque`             what the wheels get, and its limit
+`wheel_action`             torque, speed and power of each wheel
+`velocities`               linear and angular speed, and the reference's
+`errors`                   position and heading errors in the robot's frame
+`weights`                  weights of the fractional derivative and integral
+`z_plane`                  zeros and poles of a channel's filter
+`robot_schematic`          the robot, its coordinates and torques
+`control_system_schematic` the closed loop
+`controller_schematic`     the controller
+`overview`                 a run on one page
+========================== ========================================================
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from nfopidn.plot.filters import weights, z_plane
+    from nfopidn.plot.page import overview
+    from nfopidn.plot.runs import (
+        errors,
+        feedback_torque,
+        feedforward_torque,
+        orientation,
+        path,
+        total_torque,
+        velocities,
+        wheel_action,
+    )
+    from nfopidn.plot.schematics import (
+        control_system_schematic,
+        controller_schematic,
+        robot_schematic,
+    )
+
+__all__ = [
+    "control_system_schematic",
+    "controller_schematic",
+    "errors",
+    "feedback_torque",
+    "feedforward_torque",
+    "orientation",
+    "overview",
+    "path",
+    "robot_schematic",
+    "total_torque",
+    "velocities",
+    "weights",
+    "wheel_action",
+    "z_plane",
+]
+
+_MODULES = ("runs", "filters", "schematics", "page")
+
+
+# The modules import matplotlib, which takes longer than most simulations: only a figure needs it.
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        for module_name in _MODULES:
+            module = import_module(f"{__name__}.{module_name}")
+            if hasattr(module, name):
+                globals()[name] = getattr(module, name)
+                return globals()[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
