@@ -7,9 +7,8 @@ namespace {
 
 void per_step(benchmark::State& state, const nfopidn::PreparedRun& run) {
   const auto steps = static_cast<double>(run.reference.size());
-  state.counters["per_step"] =
-      benchmark::Counter(steps, benchmark::Counter::kIsIterationInvariantRate |
-                                    benchmark::Counter::kInvert);
+  state.counters["per_step"] = benchmark::Counter(
+      steps, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void cost_alone(benchmark::State& state) {

@@ -145,14 +145,14 @@ TYPED_TEST(Law, EveryMemoryEqualsTheEquations) {
 }
 
 TYPED_TEST(Law, NamedAllocationsAreThoseOfTheDesign) {
-  const auto paper = Allocation<TypeParam>::paper().matrix;
-  const auto decoupled = Allocation<TypeParam>::decoupled().matrix;
+  const auto paper = Allocation<TypeParam>::paper();
+  const auto decoupled = Allocation<TypeParam>::decoupled();
   const TypeParam expected_paper[2][3] = {{0, 1, 1}, {1, 1, 0}};
   const TypeParam expected_decoupled[2][3] = {{1, 1, 1}, {1, -1, -1}};
   for (int wheel = 0; wheel < 2; ++wheel) {
     for (int channel = 0; channel < channel_count; ++channel) {
-      EXPECT_EQ(paper[wheel][channel], expected_paper[wheel][channel]);
-      EXPECT_EQ(decoupled[wheel][channel], expected_decoupled[wheel][channel]);
+      EXPECT_EQ(paper.matrix[wheel][channel], expected_paper[wheel][channel]);
+      EXPECT_EQ(decoupled.matrix[wheel][channel], expected_decoupled[wheel][channel]);
     }
   }
 }

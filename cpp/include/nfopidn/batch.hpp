@@ -85,8 +85,8 @@ class BatchEvaluator {
  private:
   BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count,
                double* costs) const {
-    return {&wide_.plant, &inputs, &wide_.start, &structure_, &wide_.limits,
-            taps,         tap_count(), count,    costs};
+    return {&wide_.plant, &inputs,     &wide_.start, &structure_, &wide_.limits,
+            taps,         tap_count(), count,        costs};
   }
 
   double directional(const double* taps, const double* slopes, double& slope) const {
@@ -99,8 +99,8 @@ class BatchEvaluator {
     const State<double>& s = run_.start;
     const State<Scalar> start = {Scalar(s.x), Scalar(s.y), Scalar(s.theta), Scalar(s.v),
                                  Scalar(s.omega)};
-    const LoopResult<Scalar> result = run_closed_loop<Scalar>(
-        run_.plant, *law, start, run_.inputs(), [](int, auto&&...) {});
+    const LoopResult<Scalar> result =
+        run_closed_loop<Scalar>(run_.plant, *law, start, run_.inputs(), [](int, auto&&...) {});
     slope = result.cost.slope;
     return result.cost.value;
   }
@@ -121,9 +121,9 @@ class BatchEvaluator {
         const double* own = taps + static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
         law.set_taps(own, own + tap_count(), own + 2 * tap_count(), tap_count());
         law.reset();
-        costs[i] = run_closed_loop<double>(run_.plant, law, run_.start, run_.inputs(),
-                                           [](int, auto&&...) {})
-                       .cost;
+        costs[i] =
+            run_closed_loop<double>(run_.plant, law, run_.start, run_.inputs(), [](int, auto&&...) {
+            }).cost;
       }
     });
   }

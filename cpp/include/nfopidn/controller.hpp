@@ -105,9 +105,12 @@ class Controller {
     const Scalar y = neuron ? M::sigmoid(net.y) : M::identity(net.y);
     const Scalar theta = neuron ? M::sigmoid(net.theta) : M::identity(net.theta);
     switch (allocation_kind_) {
-      case AllocationKind::paper: return {y + theta, x + y};
-      case AllocationKind::decoupled: return {x + (y + theta), x - (y + theta)};
-      case AllocationKind::any: break;
+      case AllocationKind::paper:
+        return {y + theta, x + y};
+      case AllocationKind::decoupled:
+        return {x + (y + theta), x - (y + theta)};
+      case AllocationKind::any:
+        break;
     }
     const auto row = [&](const Base* share) {
       return x * share[0] + (y * share[1] + theta * share[2]);

@@ -17,9 +17,12 @@ namespace exact {
 
 constexpr int max_pieces = 16;
 
+template <class Base>
+constexpr Base rounding = Base(4096) * std::numeric_limits<Base>::epsilon();
+
 // The first time in (0, span] at which the function, positive just after 0, becomes negative;
 // span if it does not. The function rises and falls at most once each, `slope` being its
-// derivative.
+// derivative; a dip below zero no deeper than rounding errors is none.
 template <class Scalar, class Base, class Function, class Slope>
 constexpr Scalar first_crossing(const Function& function, const Slope& slope, Base span) {
   const auto value = [&](Base t) { return math<Scalar>::value(function(Scalar(t))); };
@@ -28,12 +31,12 @@ constexpr Scalar first_crossing(const Function& function, const Slope& slope, Ba
   Base low = Base(0);
   Base high = span;
   if (!(value(span) < Base(0))) {
-    if (!(slope_value(Base(0)) < Base(0) && slope_value(span) > Base(0))) return Scalar(span);
+    if (!(slope_value(Base(0)) < Base(0))) return Scalar(span);
     for (int i = 0; i < bisections; ++i) {  // to the bottom of the dip
       const Base middle = (low + high) * Base(0.5);
       (slope_value(middle) < Base(0) ? low : high) = middle;
     }
-    if (!(value(low) < Base(0))) return Scalar(span);
+    if (!(value(low) < -rounding<Base>)) return Scalar(span);
     high = low;
     low = Base(0);
   }
@@ -95,7 +98,7 @@ class Stepper {
     bool still[2] = {};
     for (int side = 0; side < 2; ++side) {
       const Base speed = M::value(wheel(side, state_.v, state_.omega));
-      still[side] = (speed < 0 ? -speed : speed) <= still_speed;
+      still[side] = (speed < 0 ? -speed : speed) <= rounding<Base>;
       sign_[side] = speed < 0 ? Base(-1) : Base(1);
       stuck_[side] = false;
       push_[side] = Scalar(-c * sign_[side]);
@@ -117,7 +120,7 @@ class Stepper {
       if (!still[side]) continue;
       const Base push = M::value(push_[side]);
       // A hair below the limit counts as loose: that is where a wheel has just broken away.
-      stuck_[side] = (push < 0 ? -push : push) < c * (Base(1) - loose_margin);
+      stuck_[side] = (push < 0 ? -push : push) < c * (Base(1) - rounding<Base>);
       sign_[side] = push > 0 ? Base(-1) : Base(1);
     }
   }
@@ -205,13 +208,7 @@ class Stepper {
   }
 
   // e^{-rate t}
-  static constexpr Scalar remaining(Base rate, const Scalar& t) {
-    return Scalar(Base(1)) - decay(rate, t).phi * rate;
-  }
-
-  static constexpr Base precision = std::numeric_limits<Base>::epsilon();
-  static constexpr Base still_speed = Base(4096) * precision;  // [rad/s]: a wheel at rest
-  static constexpr Base loose_margin = Base(4096) * precision;
+  static constexpr Scalar remaining(Base rate, const Scalar& t) { return decay(rate, t).left; }
 
   const Acceleration<Base>& acceleration_;
   const FrictionCoefficients<Base>& friction_;

@@ -10,16 +10,17 @@ namespace exact {
 
 constexpr int max_panels = 256;
 
-// phi = integral of e^{-k s} from 0 to t, and psi, the integral of phi.
+// left = e^{-k t}, phi its integral from 0 to t, and psi, the integral of phi.
 template <class Scalar>
 struct Decay {
+  Scalar left;
   Scalar phi;
   Scalar psi;
 };
 
 template <class Scalar, class Base>
 constexpr Decay<Scalar> decay(Base rate, const Scalar& time) {
-  if (rate == Base(0)) return {time, time * time * Base(0.5)};
+  if (rate == Base(0)) return {Scalar(Base(1)), time, time * time * Base(0.5)};
   Scalar x = time * rate;
   int halvings = 0;
   while (math<Scalar>::value(x) > Base(0.5) && halvings < 64) {
@@ -33,12 +34,14 @@ constexpr Decay<Scalar> decay(Base rate, const Scalar& time) {
     first = (Scalar(Base(1)) - first * x) * (Base(1) / Base(n));
     second = (Scalar(Base(1)) - second * x) * (Base(1) / Base(n + 1));
   }
+  Scalar left = Scalar(Base(1)) - x * first;
   for (int i = 0; i < halvings; ++i) {
-    first = first * (Scalar(Base(1)) - x * first * Base(0.5));  // e^-x = 1 - x first
+    first = first * (Scalar(Base(1)) + left) * Base(0.5);
+    left = left * left;
     x = x * Base(2);
     second = (Scalar(Base(1)) - first) / x;
   }
-  return {time * first, time * time * second};
+  return {left, time * first, time * time * second};
 }
 
 // v and omega from known start values, each relaxing at its own rate.

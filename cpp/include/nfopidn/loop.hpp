@@ -65,7 +65,7 @@ class CostMeter {
 
 template <class Scalar>
 struct LoopResult {
-  Scalar cost;       // eq. 41, E
+  Scalar cost;    // eq. 41, E
   int completed;  // samples until every component has diverged, all of them if one did not
 };
 

@@ -197,6 +197,17 @@ struct math {
   static constexpr bool any(Mask mask) { return mask; }
   static constexpr bool is_finite(Scalar value) { return value - value == Scalar(0); }
 
+  static Scalar exponential(Scalar exponent) {
+    constexpr Scalar most = sizeof(Scalar) == 8 ? Scalar(1020) : Scalar(124);  // powers of two
+    const Scalar power = minimum(maximum(exponent * Scalar(1.44269504088896340736), -most), most);
+    const Scalar shifted = power + Constants::round_magic;
+    const Scalar fraction = power - (shifted - Constants::round_magic);
+    const Scalar square = fraction * fraction;
+    const Scalar odd = fraction * kernel::polynomial(square, Constants::exponential_q);
+    const Scalar even = kernel::polynomial(square, Constants::exponential_p);
+    return power_of_two(shifted) * ((even + odd) / (even - odd));
+  }
+
   // Natural logarithm of a positive, normal number.
   static Scalar log(Scalar value) {
     Bits bits = kernel::bit_cast<Bits>(value);

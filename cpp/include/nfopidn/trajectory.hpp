@@ -104,6 +104,38 @@ inline void mark_reverse(Trajectory& trajectory) {
   }
 }
 
+// Where the samples stand still, the differences say nothing of the heading: it stays as it was, or
+// at the start as it will be.
+inline void hold_heading(const Eigen::ArrayXd& speed, Eigen::ArrayXd& heading) {
+  constexpr double still = 1e-9;  // [m/s]
+  Eigen::Index known = 0;
+  while (known < speed.size() && speed(known) < still) ++known;
+  if (known == speed.size()) return;
+  heading.head(known).setConstant(heading(known));
+  for (Eigen::Index k = known + 1; k < speed.size(); ++k) {
+    if (speed(k) < still) heading(k) = heading(k - 1);
+  }
+}
+
+// The angle between two lines without direction, in [-pi/2, pi/2).
+inline double line_angle(double from, double to) {
+  const double turns = (to - from) / math<double>::pi;
+  return math<double>::pi * (turns - std::floor(turns + 0.5));
+}
+
+// At a sample on a cusp the difference runs square to the path: there the line of its neighbours,
+// where those agree, is the path's.
+inline void mend_cusps(Eigen::ArrayXd& heading) {
+  constexpr double apart = math<double>::pi / 4;
+  for (Eigen::Index k = 1; k + 1 < heading.size(); ++k) {
+    const double across = line_angle(heading(k - 1), heading(k + 1));
+    if (std::fabs(across) < apart && std::fabs(line_angle(heading(k - 1), heading(k))) > apart &&
+        std::fabs(line_angle(heading(k), heading(k + 1))) > apart) {
+      heading(k) = heading(k - 1) + across / 2;
+    }
+  }
+}
+
 // Everything from the sampled positions alone.
 inline void differentiate_positions(Trajectory& t) {
   const double dt = t.settings.dt;
@@ -112,13 +144,17 @@ inline void differentiate_positions(Trajectory& t) {
   t.theta.resize(t.size());
   for (Eigen::Index k = 0; k < t.size(); ++k) t.theta(k) = math<double>::angle_of(dy(k), dx(k));
   t.v = (dx.square() + dy.square()).sqrt();
+  hold_heading(t.v, t.theta);
   if (t.settings.heading == HeadingChoice::forward) {
     unwrap(t.theta);
   } else {
-    // The heading as a line without a direction is continuous; the sign of v makes up for it.
-    const Eigen::ArrayXd motion = t.theta;
+    // The heading as a line without a direction is continuous; v is the motion along it.
+    mend_cusps(t.theta);
     unwrap(t.theta, math<double>::pi);
-    t.v = (Eigen::cos(motion - t.theta) < 0).select(-t.v, t.v);
+    for (Eigen::Index k = 0; k < t.size(); ++k) {
+      const Heading<double> h = math<double>::heading(t.theta(k));
+      t.v(k) = dx(k) * h.cosine + dy(k) * h.sine;
+    }
   }
   t.omega = gradient(t.theta, dt);
   t.acceleration = gradient(t.v, dt);

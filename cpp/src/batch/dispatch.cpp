@@ -28,8 +28,10 @@ BatchKernels batch_kernels(InstructionSet set) noexcept {
     case InstructionSet::avx2:
       if (!__builtin_cpu_supports("avx2")) break;
       return {run_batch_avx2, run_gradient_avx2};
-    case InstructionSet::sse2: return {run_batch_sse2, run_gradient_sse2};
-    case InstructionSet::neon: break;
+    case InstructionSet::sse2:
+      return {run_batch_sse2, run_gradient_sse2};
+    case InstructionSet::neon:
+      break;
   }
 #elif defined(__aarch64__)
   if (set == InstructionSet::neon) return {run_batch_neon, run_gradient_neon};
@@ -40,8 +42,8 @@ BatchKernels batch_kernels(InstructionSet set) noexcept {
 }
 
 InstructionSet best_instruction_set() noexcept {
-  for (const InstructionSet set : {InstructionSet::avx512, InstructionSet::avx2,
-                                   InstructionSet::sse2}) {
+  for (const InstructionSet set :
+       {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::sse2}) {
     if (batch_kernels(set).costs != nullptr) return set;
   }
   return InstructionSet::neon;

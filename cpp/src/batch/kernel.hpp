@@ -17,9 +17,8 @@ inline LoopResult<Scalar> run_law(const BatchJob& job,
   Controller<Scalar, Fir<Scalar, capacity, lane_slack>> law;
   law.configure_structure(*job.structure, *job.limits);
   law.set_taps(taps[0], taps[1], taps[2], job.tap_count);
-  const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y),
-                               Scalar(job.start->theta), Scalar(job.start->v),
-                               Scalar(job.start->omega)};
+  const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y), Scalar(job.start->theta),
+                               Scalar(job.start->v), Scalar(job.start->omega)};
   const auto ignore = [](int, const State<Scalar>&, const TorquePair<Scalar>&,
                          const TorquePair<Scalar>&) {};
   return run_closed_loop<Scalar>(*job.plant, law, start, *job.inputs, ignore);
@@ -93,8 +92,7 @@ inline void with_capacity(int tap_count, const Use& use) {
 
 template <class Wide, class Narrow>
 inline void run_batch(const BatchJob& job) {
-  with_capacity(job.tap_count,
-                [&](auto capacity) { run_blocks<Wide, Narrow, capacity()>(job); });
+  with_capacity(job.tap_count, [&](auto capacity) { run_blocks<Wide, Narrow, capacity()>(job); });
 }
 
 template <class Wide>

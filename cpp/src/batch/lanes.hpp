@@ -53,21 +53,21 @@ struct Lanes {
   NFOPIDN_INLINE void set(int lane, double value) { part[lane / width][lane % width] = value; }
   NFOPIDN_INLINE double get(int lane) const { return part[lane / width][lane % width]; }
 
-#define NFOPIDN_LANES_ARITHMETIC(op)                                             \
-  NFOPIDN_INLINE friend Lanes operator op(const Lanes& a, const Lanes& b) {      \
-    Lanes result;                                                                \
-    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b.part[i];     \
-    return result;                                                               \
-  }                                                                              \
-  NFOPIDN_INLINE friend Lanes operator op(const Lanes& a, double b) {            \
-    Lanes result;                                                                \
-    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b;             \
-    return result;                                                               \
-  }                                                                              \
-  NFOPIDN_INLINE friend Lanes operator op(double a, const Lanes& b) {            \
-    Lanes result;                                                                \
-    for (int i = 0; i < count; ++i) result.part[i] = a op b.part[i];             \
-    return result;                                                               \
+#define NFOPIDN_LANES_ARITHMETIC(op)                                         \
+  NFOPIDN_INLINE friend Lanes operator op(const Lanes& a, const Lanes& b) {  \
+    Lanes result;                                                            \
+    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b.part[i]; \
+    return result;                                                           \
+  }                                                                          \
+  NFOPIDN_INLINE friend Lanes operator op(const Lanes& a, double b) {        \
+    Lanes result;                                                            \
+    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b;         \
+    return result;                                                           \
+  }                                                                          \
+  NFOPIDN_INLINE friend Lanes operator op(double a, const Lanes& b) {        \
+    Lanes result;                                                            \
+    for (int i = 0; i < count; ++i) result.part[i] = a op b.part[i];         \
+    return result;                                                           \
   }
   NFOPIDN_LANES_ARITHMETIC(+)
   NFOPIDN_LANES_ARITHMETIC(-)
@@ -75,16 +75,16 @@ struct Lanes {
   NFOPIDN_LANES_ARITHMETIC(/)
 #undef NFOPIDN_LANES_ARITHMETIC
 
-#define NFOPIDN_LANES_COMPARISON(op)                                             \
-  NFOPIDN_INLINE friend Mask operator op(const Lanes& a, const Lanes& b) {       \
-    Mask result;                                                                 \
-    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b.part[i];     \
-    return result;                                                               \
-  }                                                                              \
-  NFOPIDN_INLINE friend Mask operator op(const Lanes& a, double b) {             \
-    Mask result;                                                                 \
-    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b;             \
-    return result;                                                               \
+#define NFOPIDN_LANES_COMPARISON(op)                                         \
+  NFOPIDN_INLINE friend Mask operator op(const Lanes& a, const Lanes& b) {   \
+    Mask result;                                                             \
+    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b.part[i]; \
+    return result;                                                           \
+  }                                                                          \
+  NFOPIDN_INLINE friend Mask operator op(const Lanes& a, double b) {         \
+    Mask result;                                                             \
+    for (int i = 0; i < count; ++i) result.part[i] = a.part[i] op b;         \
+    return result;                                                           \
   }
   NFOPIDN_LANES_COMPARISON(<)
   NFOPIDN_LANES_COMPARISON(>)
@@ -112,14 +112,14 @@ struct math<Lanes<width, count>> {
 
   // sqrt(2) sin(pi/2 r)/r and sqrt(2) cos(pi/2 r) in powers of r^2, |r| <= 1/2: then
   // cos(pi r) = 1 - s^2 and sin(pi r) = s c. Relative errors 3.3e-18 and 5.6e-17.
-  static constexpr Base half_sine[] = {
-      2.2214414690791831162,    -0.91353118749942699272, 0.11270239285827922222,
-      -0.0066210001895701277297, 0.00022689805070553731296, -5.0892479762269591237e-6,
-      7.9672847516788226626e-8};
-  static constexpr Base half_cosine[] = {
-      1.41421356237309497,       -1.7447160499096903153,   0.35874285843233976524,
-      -0.029505417411000441335,  0.0013000298682369860295, -0.000035638300733999613738,
-      6.5826230631508253878e-7};
+  static constexpr Base half_sine[] = {2.2214414690791831162,     -0.91353118749942699272,
+                                       0.11270239285827922222,    -0.0066210001895701277297,
+                                       0.00022689805070553731296, -5.0892479762269591237e-6,
+                                       7.9672847516788226626e-8};
+  static constexpr Base half_cosine[] = {1.41421356237309497,      -1.7447160499096903153,
+                                         0.35874285843233976524,   -0.029505417411000441335,
+                                         0.0013000298682369860295, -0.000035638300733999613738,
+                                         6.5826230631508253878e-7};
 
   // b < a ? b : a, and a < b ? b : a, as one instruction where there is one.
   NFOPIDN_INLINE static Real smaller(const Real& a, const Real& b) {
@@ -156,7 +156,9 @@ struct math<Lanes<width, count>> {
     if constexpr (width == 4) return _mm256_movemask_pd(reinterpret_cast<Real>(bits)) != 0;
 #endif
 #if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(bits), reinterpret_cast<__m512i>(bits)) != 0;
+    if constexpr (width == 8)
+      return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(bits),
+                                    reinterpret_cast<__m512i>(bits)) != 0;
 #endif
 #endif
     std::int64_t some = 0;
@@ -202,7 +204,8 @@ struct math<Lanes<width, count>> {
       const Real f = power - (shifted - magic);
       const Real square = f * f;
       const Real odd = f * horner(square, Constants::exponential_q);
-      const Real even = (square + Constants::exponential_p[1]) * square + Constants::exponential_p[0];
+      const Real even =
+          (square + Constants::exponential_p[1]) * square + Constants::exponential_p[0];
       const Bits exponent = reinterpret_cast<Bits>(shifted) << 52;
       const Real above = reinterpret_cast<Real>(reinterpret_cast<Bits>(even + odd) + exponent);
       const Real below = even - odd;

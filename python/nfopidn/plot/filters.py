@@ -13,7 +13,7 @@ from nfopidn.plot import style
 from nfopidn.plot.style import Stroke
 
 _CHANNELS = {"x": "x", "y": "y", "theta": r"\theta"}
-_CHANNEL_DASHES = ("-", (0, (5, 2)), (0, (1.5, 1.5)))
+_CHANNEL_DASHES = ("-", "--", ":")
 _DERIVATIVE: Stroke = {
     "color": style.LEFT["color"],
     "linewidth": 0.9,

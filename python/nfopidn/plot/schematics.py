@@ -35,14 +35,16 @@ def _text(ax: Axes, at: Point, text: str, **options: Any) -> None:
     ax.text(*at, text, **{**settings, **options})
 
 
+def _line(ax: Axes, points: Sequence[Point], stroke: Stroke) -> None:
+    x, y = zip(*points, strict=True)
+    ax.plot(x, y, **stroke)
+
+
 def _arrow(ax: Axes, points: Sequence[Point], **options: Any) -> None:
     """Draw a line through `points` that ends in an arrow's head."""
     settings = {"color": _INK, "linewidth": 1.0, "linestyle": "-", "zorder": 2, **options}
-    if len(points) > 2:
-        x, y = zip(*points[:-1], strict=True)
-        ax.plot(x, y, solid_capstyle="butt", **settings)
-    # A dashed line's head is drawn apart: its outline must not be dashed.
-    ax.plot(*zip(*points[-2:], strict=True), solid_capstyle="butt", **settings)
+    _line(ax, points, {**settings, "solid_capstyle": "butt"})
+    # The head is drawn apart: its outline must not be dashed.
     head = {**settings, "linestyle": "-", "linewidth": 0}
     ax.add_patch(
         FancyArrowPatch(
@@ -119,11 +121,6 @@ def _at(ahead: float, aside: float) -> Point:
     theta = np.deg2rad(_HEADING)
     cosine, sine = float(np.cos(theta)), float(np.sin(theta))
     return _CENTRE[0] + ahead * cosine - aside * sine, _CENTRE[1] + ahead * sine + aside * cosine
-
-
-def _line(ax: Axes, points: Sequence[Point], stroke: Stroke) -> None:
-    x, y = zip(*points, strict=True)
-    ax.plot(x, y, **stroke)
 
 
 def _draw_pose(ax: Axes) -> None:

@@ -103,7 +103,7 @@ inline Outcome parse(const std::string& path, std::string_view text, Table& tabl
     if (!row.empty() && row.back() == '\r') row.remove_suffix(1);
     if (row.find_first_not_of(" \t") == std::string_view::npos) continue;
     Outcome outcome = table.names.empty() ? read_header(path, line, row, table)
-                                                : read_row(path, line, row, table);
+                                          : read_row(path, line, row, table);
     if (!outcome) return outcome;
   }
   if (table.names.empty()) return fault(path, 1, "no header; the file is empty");

@@ -194,9 +194,12 @@ Json write(const std::array<double, count>& value) {
 }
 inline Json write(const Allocation<double>& value) {
   switch (value.kind()) {
-    case AllocationKind::paper: return "paper";
-    case AllocationKind::decoupled: return "decoupled";
-    case AllocationKind::any: break;
+    case AllocationKind::paper:
+      return "paper";
+    case AllocationKind::decoupled:
+      return "decoupled";
+    case AllocationKind::any:
+      break;
   }
   return write(value.matrix);
 }

@@ -64,10 +64,11 @@ struct Reading<std::optional<std::array<double, count>>> {
   }
 };
 template <std::size_t row_count, std::size_t columns>
-struct Reading<double[row_count][columns]>{
-    static Json read(const std::string& text){return rows(text, columns);
-}  // namespace words
-};  // namespace nfopidn
+using Matrix = double[row_count][columns];
+template <std::size_t row_count, std::size_t columns>
+struct Reading<Matrix<row_count, columns>> {
+  static Json read(const std::string& text) { return rows(text, columns); }
+};
 template <>
 struct Reading<Allocation<double>> {
   static Json read(const std::string& text) {

@@ -1,0 +1,249 @@
+// L3. Cognitive bacterial foraging: the same skeleton, improved where measurement says so.
+//
+// Cells start from a Latin hypercube, half of it drawn towards the box's lower corner, where a
+// controller's gains are small and its loop is stable. They compare costs by rank only, so that
+// diverging ones drown nothing. A cell tumbles in few coordinates by a step that adapts to its
+// success, and swims on while that pays; or it tumbles along differences between cells, with a
+// reach and a share of coordinates learnt from what succeeded. It never moves to a worse place. A
+// quasi-Newton descent finishes from the best cells, and from jumps away from the best point.
+#pragma once
+
+#include "nfopidn/quasi_newton.hpp"
+
+namespace nfopidn {
+
+struct BfoaPlusOptions {
+  int cells = 40;
+  int first_points = 300;
+  double differential_share = 0.65;
+  double step = 0.1;
+  double foraging_share = 0.4;
+  double blind_foraging_share = 0.8;
+  int finishers = 4;
+  double jump = 0.3;
+
+  template <class Visitor>
+  static constexpr void fields(Visitor&& visit) {
+    using B = BfoaPlusOptions;
+    visit(field("cells", &B::cells, "", between(4, 10000), "cells"));
+    visit(field("first_points", &B::first_points, "", between(4, 1e6),
+                "points of the Latin hypercube; the best become cells"));
+    visit(field("differential_share", &B::differential_share, "", between(0, 1),
+                "share of tumbles along differences between cells"));
+    visit(field("step", &B::step, "", between(1e-9, 1),
+                "first step of the sparse tumbles, in units of the box"));
+    visit(field("foraging_share", &B::foraging_share, "", between(0, 1),
+                "share of the evaluations before the descent, with exact gradients"));
+    visit(field("blind_foraging_share", &B::blind_foraging_share, "", between(0, 1),
+                "the same without gradients"));
+    visit(field("finishers", &B::finishers, "", between(1, 1000),
+                "cells, apart from each other, from which a descent starts"));
+    visit(field("jump", &B::jump, "", between(1e-6, 1),
+                "greatest jump from the best point before another descent"));
+  }
+};
+
+class BfoaPlus {
+ public:
+  BfoaPlus(Search& search, const BfoaPlusOptions& options, std::int64_t budget)
+      : search_(search), options_(options), budget_(budget) {}
+
+  void run() {
+    first_cells();
+    const double share = search_.objective().has_gradient() ? options_.foraging_share
+                                                            : options_.blind_foraging_share;
+    const auto foraging = static_cast<std::int64_t>(share * static_cast<double>(budget_));
+    for (int j = 0; search_.result.evaluations < foraging && !search_.done(); ++j) {
+      forage();
+      search_.note(0, 0, j, cells_, costs_, steps_.mean());
+    }
+    if (!search_.done()) finish();
+  }
+
+ private:
+  enum class Move : unsigned char { differential, sparse, swim };
+
+  double uniform() { return search_.random.uniform(); }
+  Eigen::Index pick(Eigen::Index count) {
+    return static_cast<Eigen::Index>(uniform() * static_cast<double>(count));
+  }
+
+  void first_cells() {
+    const Eigen::Index p = search_.dimension();
+    const auto wanted = static_cast<Eigen::Index>(
+        std::min<std::int64_t>(options_.first_points, std::max<std::int64_t>(budget_ / 10, 4)));
+    const Eigen::Index count = std::max<Eigen::Index>(wanted, 4);
+    Points points(p, count);
+    for (Eigen::Index i = 0; i < p; ++i) {
+      std::vector<Eigen::Index> strata(static_cast<std::size_t>(count));
+      for (std::size_t k = 0; k < strata.size(); ++k) strata[k] = static_cast<Eigen::Index>(k);
+      for (std::size_t k = strata.size() - 1; k > 0; --k) {
+        std::swap(strata[k],
+                  strata[static_cast<std::size_t>(pick(static_cast<Eigen::Index>(k) + 1))]);
+      }
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const double stratum = static_cast<double>(strata[static_cast<std::size_t>(k)]);
+        const double u = (stratum + uniform()) / static_cast<double>(count);
+        points(i, k) = k % 2 == 0 ? u : u * u * u;
+      }
+    }
+    const Eigen::VectorXd costs = search_.evaluate(points);
+    const std::vector<Eigen::Index> order = ranking(costs);
+    const Eigen::Index cells = std::min<Eigen::Index>(options_.cells, count);
+    cells_.resize(p, cells);
+    costs_.resize(cells);
+    for (Eigen::Index k = 0; k < cells; ++k) {
+      cells_.col(k) = points.col(order[static_cast<std::size_t>(k)]);
+      costs_(k) = costs(order[static_cast<std::size_t>(k)]);
+    }
+    steps_ = Eigen::VectorXd::Constant(cells, options_.step);
+    headings_ = Points::Zero(p, cells);
+    swimming_.assign(static_cast<std::size_t>(cells), 0);
+  }
+
+  // One chemotactic step of every cell.
+  void forage() {
+    const Eigen::Index count = cells_.cols();
+    const std::vector<Eigen::Index> order = ranking(costs_);
+    Points places(cells_.rows(), count);
+    std::vector<Move> moves(static_cast<std::size_t>(count));
+    Eigen::VectorXd reach(count), share(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      Move& move = moves[static_cast<std::size_t>(k)];
+      if (swimming_[static_cast<std::size_t>(k)] != 0) {
+        move = Move::swim;
+        places.col(k) = clip_to_box(cells_.col(k) + headings_.col(k));
+      } else if (uniform() < options_.differential_share) {
+        move = Move::differential;
+        places.col(k) = differential(k, order, reach(k), share(k));
+      } else {
+        move = Move::sparse;
+        places.col(k) = clip_to_box(cells_.col(k) + sparse(steps_(k)));
+      }
+    }
+    const Eigen::VectorXd costs = search_.evaluate(places);
+    settle(places, costs, moves, reach, share);
+  }
+
+  // Moves the cells that found better, and learns from it.
+  void settle(const Points& places, const Eigen::VectorXd& costs, const std::vector<Move>& moves,
+              const Eigen::VectorXd& reach, const Eigen::VectorXd& share) {
+    double reach_sum = 0, reach_squares = 0, share_sum = 0, successes = 0;
+    for (Eigen::Index k = 0; k < cells_.cols(); ++k) {
+      const Move move = moves[static_cast<std::size_t>(k)];
+      const bool better = costs(k) < costs_(k);
+      if (better) {
+        headings_.col(k) = places.col(k) - cells_.col(k);
+        cells_.col(k) = places.col(k);
+        costs_(k) = costs(k);
+      }
+      swimming_[static_cast<std::size_t>(k)] = better && move != Move::differential ? 1 : 0;
+      if (move == Move::sparse) {
+        steps_(k) = std::min(0.5, std::max(1e-6, steps_(k) * (better ? 1.6 : 0.9)));
+      } else if (move == Move::differential && better) {
+        reach_sum += reach(k);
+        reach_squares += reach(k) * reach(k);
+        share_sum += share(k);
+        successes += 1;
+      }
+    }
+    if (successes == 0) return;
+    reach_ = 0.9 * reach_ + 0.1 * reach_squares / reach_sum;
+    share_ = 0.9 * share_ + 0.1 * share_sum / successes;
+  }
+
+  // Towards one of the best fifth and along the difference of two cells, in some coordinates.
+  Point differential(Eigen::Index k, const std::vector<Eigen::Index>& order, double& reach,
+                     double& share) {
+    const Eigen::Index count = cells_.cols();
+    do {
+      const Heading<double> h =
+          math<double>::heading(math<double>::pi * (uniform() - 0.5));  // Cauchy: a tangent
+      reach = reach_ + 0.1 * h.sine / h.cosine;
+    } while (!(reach > 0));
+    reach = std::min(reach, 1.0);
+    share = std::min(1.0, std::max(0.0, share_ + 0.1 * search_.random.normal()));
+    const Eigen::Index leader =
+        order[static_cast<std::size_t>(pick(std::max<Eigen::Index>(2, count / 5)))];
+    Eigen::Index a = k, b = k;
+    while (a == k) a = pick(count);
+    while (b == k || b == a) b = pick(count);
+    const Point own = cells_.col(k);
+    const Point target =
+        own + reach * (cells_.col(leader) - own) + reach * (cells_.col(a) - cells_.col(b));
+    Point place = own;
+    const Eigen::Index always = pick(own.size());
+    for (Eigen::Index i = 0; i < own.size(); ++i) {
+      if (i != always && uniform() >= share) continue;
+      // Half way to the wall it would have passed.
+      place(i) = target(i) < 0 ? own(i) / 2 : (target(i) > 1 ? (1 + own(i)) / 2 : target(i));
+    }
+    return place;
+  }
+
+  // A step in 1 to 3 coordinates.
+  Point sparse(double size) {
+    Point step = Point::Zero(search_.dimension());
+    const Eigen::Index coordinates = 1 + pick(3);
+    for (Eigen::Index n = 0; n < coordinates; ++n) {
+      step(pick(step.size())) = size * search_.random.normal();
+    }
+    return step;
+  }
+
+  // Descents from the best cells that are apart, then from jumps off the best point.
+  void finish() {
+    constexpr double apart = 0.1;
+    QuasiNewton descent(search_);
+    // A descent along a narrow valley takes some two hundred evaluations a coordinate.
+    const std::int64_t share =
+        std::max<std::int64_t>(search_.left() * 2 / 5, 200 * search_.dimension());
+    std::vector<Eigen::Index> used;
+    int round = 0;
+    for (const Eigen::Index k : ranking(costs_)) {
+      if (static_cast<int>(used.size()) >= options_.finishers || search_.done()) break;
+      bool near = false;
+      for (const Eigen::Index other : used) {
+        near = near || (cells_.col(k) - cells_.col(other)).norm() < apart;
+      }
+      if (near) continue;
+      used.push_back(k);
+      Point point = cells_.col(k);
+      keep(k, point, descent.descend(point, share));
+      search_.note(0, 1, round++, cells_, costs_, 0);
+    }
+    while (search_.left() > 0 && !search_.done()) {
+      const double least = 0.03 * options_.jump;
+      const double size = least * math<double>::exponential(uniform() * -math<double>::log(0.03));
+      Point point = clip_to_box(search_.box().to_unit(search_.result.x) + sparse(size));
+      const Eigen::Index worst = ranking(costs_).back();
+      keep(worst, point, descent.descend(point, share));
+      search_.note(0, 2, round++, cells_, costs_, size);
+      if (search_.left() < 2 * search_.dimension()) use_up();
+    }
+  }
+
+  void keep(Eigen::Index k, const Point& point, double cost) {
+    if (!(cost < costs_(k))) return;
+    cells_.col(k) = point;
+    costs_(k) = cost;
+  }
+
+  // What is too little for a descent goes into sparse tumbles around the best point.
+  void use_up() {
+    while (search_.left() > 0 && !search_.done()) {
+      search_.evaluate(clip_to_box(search_.box().to_unit(search_.result.x) + sparse(1e-3)));
+    }
+  }
+
+  Search& search_;
+  BfoaPlusOptions options_;
+  std::int64_t budget_;
+  Points cells_, headings_;
+  Eigen::VectorXd costs_, steps_;
+  std::vector<unsigned char> swimming_;
+  double reach_ = 0.5;  // of the differential tumbles, learnt
+  double share_ = 0.6;  // of coordinates they change, learnt
+};
+
+}  // namespace nfopidn

@@ -1,0 +1,255 @@
+// L3. What a search for a minimum has in common, whatever its strategy: the box, the objective, the
+// budget, the best point so far, the history, and the record from which a search can be resumed.
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "nfopidn/random.hpp"
+#include "nfopidn/schema.hpp"
+
+namespace nfopidn {
+
+using Points = Eigen::MatrixXd;  // a column a point
+using Point = Eigen::VectorXd;
+
+// What is minimised. Optimisers know nothing else of it.
+class Objective {
+ public:
+  virtual ~Objective() = default;
+  virtual void costs(const Points& points, double* costs) = 0;
+  // Whether gradient() is there, and whether points evaluated in vain cost next to nothing.
+  virtual bool has_gradient() const { return false; }
+  virtual bool is_cheap() const { return false; }
+  // The cost, and its partial derivatives. Counts as 1 + dimension evaluations.
+  virtual double gradient(const Point& /*point*/, double* /*slopes*/) { return 0; }
+};
+
+// The box of the search. `bend` maps the unit box to it: low + (high - low) u^bend, so that 2
+// searches small values more finely.
+struct Box {
+  Point low, high, bend;
+
+  Eigen::Index dimension() const { return low.size(); }
+  Points to_user(const Points& unit) const {
+    Points points = unit;
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        const double u = unit(i, j);
+        points(i, j) = low(i) + (high(i) - low(i)) * (bend(i) == 2 ? u * u : u);
+      }
+    }
+    return points;
+  }
+  Point to_unit(const Point& point) const {
+    Point unit(point.size());
+    for (Eigen::Index i = 0; i < point.size(); ++i) {
+      const double share = high(i) > low(i) ? (point(i) - low(i)) / (high(i) - low(i)) : 0;
+      const double inside = std::min(1.0, std::max(0.0, share));
+      unit(i) = bend(i) == 2 ? std::sqrt(inside) : inside;
+    }
+    return unit;
+  }
+  // d user / d unit.
+  Point stretch(const Point& unit) const {
+    Point slopes(unit.size());
+    for (Eigen::Index i = 0; i < unit.size(); ++i) {
+      slopes(i) = (high(i) - low(i)) * (bend(i) == 2 ? 2 * unit(i) : 1);
+    }
+    return slopes;
+  }
+};
+
+// A row a chemotactic step.
+struct HistoryRow {
+  int dispersal;     // l
+  int reproduction;  // k
+  int chemotaxis;    // j
+  std::int64_t evaluations;
+  double best;  // so far
+  double mean;  // of the cells
+  double step;  // mean step, in units of the box
+};
+
+enum class StopReason : unsigned char {
+  schedule,     // the schedule is complete
+  evaluations,  // the budget is used up
+  time,
+  target,        // a cost at or under the wanted one
+  callback,      // asked to stop
+  not_a_number,  // the objective returned NaN
+};
+
+struct SearchLimits {
+  std::int64_t evaluations = std::numeric_limits<std::int64_t>::max();
+  double seconds = std::numeric_limits<double>::infinity();
+  double target = -std::numeric_limits<double>::infinity();
+};
+
+struct SearchResult {
+  Point x;
+  double cost = std::numeric_limits<double>::infinity();
+  std::int64_t evaluations = 0;
+  StopReason reason = StopReason::schedule;
+  Points population;  // the cells
+  Eigen::VectorXd population_costs;
+  std::vector<HistoryRow> history;
+};
+
+// Evaluates points of the unit box within the limits, and remembers.
+class Search {
+ public:
+  // Called after each chemotactic step; returning false ends the search.
+  using Callback = std::function<bool(const SearchResult&)>;
+
+  Search(Objective& objective, Box box, const SearchLimits& limits, std::uint64_t seed)
+      : random(seed),
+        objective_(objective),
+        box_(std::move(box)),
+        limits_(limits),
+        start_(std::chrono::steady_clock::now()) {}
+
+  Random random;
+  SearchResult result;
+
+  // What the objective has answered so far. Given to resume() of a search with the same settings,
+  // it brings that search to the same place without asking the objective again.
+  const std::vector<double>& record() const { return record_; }
+  void resume(std::vector<double> record) { replay_ = std::move(record); }
+  void set_callback(Callback callback) { callback_ = std::move(callback); }
+  // The objective's answers before now took this long [s], in an earlier process.
+  void add_elapsed(double seconds) { earlier_ = seconds; }
+
+  Eigen::Index dimension() const { return box_.dimension(); }
+  const Box& box() const { return box_; }
+  const Objective& objective() const { return objective_; }
+  bool done() const { return done_; }
+  std::int64_t left() const { return limits_.evaluations - result.evaluations; }
+  double elapsed() const {
+    const std::chrono::duration<double> now = std::chrono::steady_clock::now() - start_;
+    return earlier_ + now.count();
+  }
+
+  // Costs of unit points; infinite for those that the budget no longer reaches.
+  Eigen::VectorXd evaluate(const Points& unit) {
+    Eigen::VectorXd costs = look(unit);
+    for (Eigen::Index j = 0; j < unit.cols(); ++j) {
+      if (!count(unit.col(j), costs(j))) {
+        costs.tail(unit.cols() - j).setConstant(std::numeric_limits<double>::infinity());
+        break;
+      }
+    }
+    return costs;
+  }
+
+  // Costs without counting: for points that may turn out not to be wanted. count() those that are.
+  Eigen::VectorXd look(const Points& unit) {
+    Eigen::VectorXd costs =
+        Eigen::VectorXd::Constant(unit.cols(), std::numeric_limits<double>::infinity());
+    if (check_limits()) return costs;
+    const Eigen::Index reached =
+        objective_.is_cheap() ? unit.cols() : std::min<Eigen::Index>(unit.cols(), left());
+    answer(costs.data(), static_cast<std::size_t>(reached),
+           [&] { objective_.costs(box_.to_user(unit.leftCols(reached)), costs.data()); });
+    return costs;
+  }
+
+  // Counts one evaluation. False, and nothing is counted, when the search is over.
+  bool count(const Point& unit, double cost) {
+    if (done_) return false;
+    if (left() <= 0) return stop(StopReason::evaluations);
+    ++result.evaluations;
+    if (std::isnan(cost)) return stop(StopReason::not_a_number);
+    if (cost < result.cost || result.x.size() == 0) {
+      result.cost = cost;
+      result.x = box_.to_user(unit);
+    }
+    if (result.cost <= limits_.target) stop(StopReason::target);
+    return true;
+  }
+
+  // The cost at a unit point and its slopes there, with respect to the unit box. False if the
+  // budget does not reach.
+  bool gradient(const Point& unit, double& cost, Point& slopes) {
+    if (check_limits() || left() < 1 + dimension()) return false;
+    std::vector<double> reply(static_cast<std::size_t>(1 + dimension()));
+    answer(reply.data(), reply.size(),
+           [&] { reply[0] = objective_.gradient(box_.to_user(unit), reply.data() + 1); });
+    if (!count(unit, reply[0])) return false;
+    result.evaluations += dimension();
+    cost = reply[0];
+    slopes =
+        Eigen::Map<const Point>(reply.data() + 1, dimension()).cwiseProduct(box_.stretch(unit));
+    return slopes.allFinite();
+  }
+
+  // Ends a chemotactic step.
+  void note(int dispersal, int reproduction, int chemotaxis, const Points& cells,
+            const Eigen::VectorXd& costs, double step) {
+    result.history.push_back(
+        {dispersal, reproduction, chemotaxis, result.evaluations, result.cost, costs.mean(), step});
+    result.population = box_.to_user(cells);
+    result.population_costs = costs;
+    if (!done_ && callback_ && !callback_(result)) stop(StopReason::callback);
+  }
+
+ private:
+  bool stop(StopReason reason) {
+    if (!done_) result.reason = reason;
+    done_ = true;
+    return false;
+  }
+
+  bool check_limits() {
+    if (left() <= 0) stop(StopReason::evaluations);
+    if (!done_ && elapsed() >= limits_.seconds) stop(StopReason::time);
+    return done_;
+  }
+
+  // Fills `count` numbers from the record of an earlier process, or asks.
+  template <class Ask>
+  void answer(double* numbers, std::size_t count, const Ask& ask) {
+    if (record_.size() + count <= replay_.size()) {
+      std::copy_n(replay_.begin() + static_cast<std::ptrdiff_t>(record_.size()), count, numbers);
+    } else {
+      replay_.clear();
+      ask();
+    }
+    record_.insert(record_.end(), numbers, numbers + count);
+  }
+
+  Objective& objective_;
+  Box box_;
+  SearchLimits limits_;
+  std::chrono::steady_clock::time_point start_;
+  double earlier_ = 0;
+  Callback callback_;
+  std::vector<double> record_;
+  std::vector<double> replay_;
+  bool done_ = false;
+};
+
+// Random points in the unit box.
+inline Point random_point(Random& random, Eigen::Index dimension) {
+  Point point(dimension);
+  for (double& u : point) u = random.uniform();
+  return point;
+}
+
+inline Point clip_to_box(const Point& point) { return point.cwiseMax(0).cwiseMin(1); }
+
+// Cells from best to worst; equal ones in their order.
+inline std::vector<Eigen::Index> ranking(const Eigen::VectorXd& costs) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(costs.size()));
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Eigen::Index>(i);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return costs(a) < costs(b); });
+  return order;
+}
+
+}  // namespace nfopidn

@@ -1,0 +1,121 @@
+"""What the executable refuses: one line on standard error, exit code 2, and no file touched."""
+
+import resource
+import subprocess
+from pathlib import Path
+
+import pytest
+from nfopidn import Scenario
+
+# Arguments and what the line must say.
+FAULTS = {
+    "unknown option": (["--masss", "3"], ["--masss", "--help"]),
+    "stray word": (["ranunculoid"], ["ranunculoid"]),
+    "no value": (["--mass"], ["--mass"]),
+    "twice": (["--mass", "3", "--mass", "4"], ["--mass"]),
+    "out of range": (["--mass", "-1"], ["mass is -1", "in [1e-06, 1e+06] kg"]),
+    "zero": (["--dt", "0"], ["dt is 0", "in [1e-06, 1000] s"]),
+    "NaN": (["--inertia", "nan"], ["inertia is nan", "in [1e-09, 1e+09] kg m^2"]),
+    "infinite": (["--viscous", "inf"], ["viscous_friction is inf", "in [0, 1000] N m s/rad"]),
+    "beyond every float": (["--mass", "1e400"], ["mass", "1e400"]),
+    "text": (["--mass", "heavy"], ['mass is "heavy"', "a number"]),
+    "empty": (["--mass", ""], ['mass is ""', "a number"]),
+    "hexadecimal": (["--mass", "0x10"], ['mass is "0x10"', "a number"]),
+    "text behind": (["--mass", "10kg"], ['mass is "10kg"', "a number"]),
+    "fraction": (["--memory", "2.5"], ["memory is 2.5", "a whole number"]),
+    "memory": (["--memory", "1025"], ["memory is 1025", "in [0, 1024] samples"]),
+    "order": (["--alpha", "2.5"], ["alpha is 2.5", "in [-2, 2]"]),
+    "order of a channel": (["--sigma", "1,1,-3"], ["sigma[2] is -3", "in [-2, 2]"]),
+    "two orders": (["--alpha", "1,2"], ["alpha is [1.0,2.0]", "3"]),
+    "gains": (["--gains", "1,2,3,4"], ["gains is", "3 lists of 3 numbers"]),
+    "pose": (["--pose", "1,2"], ["pose is [1.0,2.0]", "3 numbers"]),
+    "pose text": (["--pose", "1,2,x"], ['pose[2] is "x"', "a number"]),
+    "pose too far": (["--pose", "40,0,0"], ["pose is 37 m", "10 m"]),
+    "velocity": (["--velocity", "fast"], ['velocity is ["fast"]', "2 numbers"]),
+    "noise": (["--noise", "-1,0"], ["noise[0] is -1", "in [0, 1000] m, rad"]),
+    "choice": (["--form", "Positional"], ['form is "Positional"', '"positional"', '"incremental"']),
+    "path": (["--traj", "square"], ['"square"', "ranunculoid", "rounded_square"]),
+    "path of samples": (["--traj", "samples"], ["traj", ".csv"]),
+    "few samples": (["--period", "0.3"], ["samples is 2", "in [3, 1e+07]"]),
+    "many samples": (["--period", "1e9"], ["samples is 5000000001", "in [3, 1e+07]"]),
+    "missing table": (["--traj", "none.csv"], ["none.csv", "No such file"]),
+    "period of a table": (["--traj", "path.csv", "--period", "3"], ["--period", "path.csv"]),
+    "cusps of a table": (["--traj", "path.csv", "--cusps", "3"], ["--cusps", "path.csv"]),
+    "laps of an open table": (["--traj", "path.csv", "--laps", "2"], ["laps is 2", "must be 1"]),
+    "disturbance": (["--disturbance", "1"], ["disturbance is [1.0]", "2 numbers"]),
+    "short disturbance": (["--disturbance", "wind.csv"], ["disturbance has 3", "751"]),
+    "disturbance columns": (["--disturbance", "path.csv"], ["path.csv:1:", "force and moment"]),
+    "missing disturbance": (["--disturbance", "none.csv"], ["none.csv", "No such file"]),
+    "missing scenario": (["--scenario", "none.json"], ["none.json", "No such file"]),
+    "wrong document": (["--controller", "scenario.json"], ["scenario.json", "nfopidn-controller"]),
+    "no name of a scenario": (["--scenario", ""], ["--scenario"]),
+    "no name of an output": (["--out", ""], ["--out"]),
+    "no directory": (["--out", "none/run.csv"], ["none/run.csv", "No such file"]),
+    "a directory": (["--save-scenario", "."], [".", "directory"]),
+    "full disk": (["--out", "/dev/full"], ["/dev/full", "No space left"]),
+    "one name for two files": (["--out", "same", "--save-scenario", "same"], ["same"]),
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder to run in, with some good files."""
+    (tmp_path / "path.csv").write_text("x,y\n0,0\n1,1\n2,1\n")
+    (tmp_path / "wind.csv").write_text("force,moment\n0,0\n1,1\n2,1\n")
+    Scenario.published().save(tmp_path / "scenario.json")
+    (tmp_path / "run.csv").write_text("precious")
+    return tmp_path
+
+
+def contents(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@pytest.mark.parametrize(("arguments", "parts"), FAULTS.values(), ids=FAULTS.keys())
+def test_faults(arguments, parts, sim, folder):
+    before = contents(folder)
+    for others in (["--json"], ["--save-controller", "run.csv"]):
+        run = sim(*others, *arguments, cwd=folder)
+        assert run.returncode == 2
+        assert run.stdout == ""
+        assert run.stderr.startswith("nfopidn_sim: ")
+        assert run.stderr.endswith("\n")
+        assert run.stderr.count("\n") == 1
+        assert all(part in run.stderr for part in parts), run.stderr
+        if arguments != ["--out", "/dev/full"]:
+            assert contents(folder) == before
+
+
+ENDLESS = ["--period", "1e5", "--substeps", "10000", "--integrator", "exact"]  # for many minutes
+
+
+@pytest.mark.parametrize("option", ["--out", "--save-scenario", "--save-controller"])
+def test_what_cannot_be_written_shows_before_the_run(option, sim, tmp_path):
+    run = sim(*ENDLESS, option, tmp_path / "none" / "file")
+    assert run.returncode == 2
+    assert "cannot be written" in run.stderr
+
+
+def test_what_cannot_be_written_counts_before_divergence(sim, tmp_path):
+    run = sim("--frame", "world", "--out", tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+
+
+@pytest.mark.parametrize("arguments", [[], ["--json"], ["--help"]])
+def test_a_full_standard_output_is_noticed(arguments, sim):
+    with Path("/dev/full").open("w") as full:
+        run = sim(*arguments, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert run.returncode == 2
+    assert run.stderr.count("\n") == 1
+    assert "No space left" in run.stderr
+
+
+def test_a_killed_run_leaves_the_old_file(sim, tmp_path):
+    def allow_one_second():
+        resource.setrlimit(resource.RLIMIT_CPU, (1, 1))
+
+    out = tmp_path / "run.csv"
+    out.write_text("precious")
+    run = sim(*ENDLESS, "--out", out, preexec_fn=allow_one_second)
+    assert run.returncode < 0
+    assert out.read_text() == "precious"

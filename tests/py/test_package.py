@@ -1,0 +1,133 @@
+"""What is installed: the import's cost, the wheel's and the source distribution's contents."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import zipfile
+from email.parser import Parser
+from pathlib import Path
+
+import nfopidn
+import pytest
+
+
+def python(*arguments, **options):
+    return subprocess.run(
+        [sys.executable, *arguments], capture_output=True, text=True, check=False, **options
+    )
+
+
+def test_import_brings_neither_matplotlib_nor_scipy():
+    code = "import sys, nfopidn; print(sorted({name.split('.')[0] for name in sys.modules}))"
+    run = python("-c", code)
+    assert run.returncode == 0, run.stderr
+    loaded = ast.literal_eval(run.stdout)
+    assert "nfopidn" in loaded
+    assert not {"matplotlib", "scipy", "pandas", "numba"} & set(loaded)
+
+
+def build(repository, folder, *command):
+    """Build in a folder of its own, so that nobody else's build tree is touched."""
+    run = python(
+        *["-m", *command, f"-Cbuild-dir={folder / 'tree'}", str(repository)],
+        cwd=folder,
+        env=os.environ | {"PIP_DISABLE_PIP_VERSION_CHECK": "1"},
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
+@pytest.fixture(scope="module")
+def wheel(repository, tmp_path_factory):
+    """An already built wheel if NFOPIDN_WHEEL names one; to build it takes a minute."""
+    path = os.environ.get("NFOPIDN_WHEEL")
+    if not path:
+        folder = tmp_path_factory.mktemp("wheel")
+        build(
+            *[repository, folder, "pip", "wheel", "--no-build-isolation", "--no-deps"],
+            *["-w", str(folder)],
+        )
+        (path,) = folder.glob("*.whl")
+    return zipfile.ZipFile(path)
+
+
+@pytest.fixture(scope="module")
+def sdist(repository, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sdist")
+    build(repository, folder, "build", "--sdist", "--no-isolation", "-o", str(folder))
+    (path,) = folder.glob("*.tar.gz")
+    return tarfile.open(path)
+
+
+def metadata(text):
+    return Parser().parsestr(text.decode())
+
+
+def python_files(repository):
+    package = repository / "python" / "nfopidn"
+    return {
+        f"nfopidn/{path.relative_to(package).as_posix()}"
+        for pattern in ("*.py", "*.pyi", "py.typed")
+        for path in package.rglob(pattern)
+    }
+
+
+def test_the_wheel_holds_the_package_alone(wheel, repository):
+    info = f"nfopidn-{nfopidn.__version__}.dist-info"
+    names = [name for name in wheel.namelist() if not name.endswith("/")]
+    assert {name.split("/")[0] for name in names} == {"nfopidn", info}
+    package = {name for name in names if name.startswith("nfopidn/")}
+    (module,) = (name for name in package if re.fullmatch(r"nfopidn/_core\..*\.so", name))
+    assert package - {module} == python_files(repository)
+    assert {"nfopidn/py.typed", "nfopidn/_core.pyi"} <= package
+    assert f"{info}/licenses/LICENSE" in names
+
+
+def test_the_wheel_says_what_it_is(wheel):
+    info = f"nfopidn-{nfopidn.__version__}.dist-info"
+    about = metadata(wheel.read(f"{info}/METADATA"))
+    assert about["Name"] == "nfopidn"
+    assert about["License-Expression"] == "MIT"
+    needs = {
+        re.match(r"[\w-]+", need)[0] for need in about.get_all("Requires-Dist") if ";" not in need
+    }
+    assert needs == {"numpy", "matplotlib"}
+    assert b"Root-Is-Purelib: false" in wheel.read(f"{info}/WHEEL")
+
+
+def test_the_wheel_s_module_is_for_every_machine(wheel, tmp_path):
+    """It runs from the wheel alone, and gives the published cost."""
+    wheel.extractall(tmp_path)
+    code = "import nfopidn; print(nfopidn.__file__); print(nfopidn.simulate().cost)"
+    run = python("-c", code, cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)})
+    assert run.returncode == 0, run.stderr
+    file, cost = run.stdout.split()
+    assert Path(file).is_relative_to(tmp_path)
+    assert float(cost) == pytest.approx(0.09205918448715, rel=1e-9)
+
+
+def test_the_source_distribution_holds_what_a_build_needs(sdist, repository):
+    root = f"nfopidn-{nfopidn.__version__}/"
+    names = {name.removeprefix(root) for name in sdist.getnames()}
+    headers = (repository / "cpp").rglob("*.?pp")
+    needed = {path.relative_to(repository).as_posix() for path in headers}
+    needed |= {f"python/{name}" for name in python_files(repository)}
+    needed |= {"CMakeLists.txt", "pyproject.toml", "LICENSE", "README.md"}
+    assert "cpp/include/nfopidn/controller.hpp" in needed
+    assert needed <= names
+    top = {name.split("/")[0] for name in names}
+    assert not top & {"build", "tests", ".venv", ".git", "docs", "bench"}
+    assert not any(name.endswith((".so", ".pyc")) for name in names)
+
+
+def test_the_source_distribution_has_the_version(sdist):
+    root = f"nfopidn-{nfopidn.__version__}"
+    about = metadata(sdist.extractfile(f"{root}/PKG-INFO").read())
+    assert about["Version"] == nfopidn.__version__
+
+
+def test_the_project_has_one_version(repository):
+    cmake = (repository / "CMakeLists.txt").read_text()
+    assert re.search(r"project\(nfopidn VERSION ([\d.]+)", cmake)[1] == nfopidn.__version__
