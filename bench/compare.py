@@ -12,9 +12,8 @@ import time
 from pathlib import Path
 
 import loops
-import numpy as np
-
 import nfopidn
+import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 BINARY = Path(os.environ.get("NFOPIDN_BENCH_LOOP", ROOT / "build/bench/bench/bench_loop"))

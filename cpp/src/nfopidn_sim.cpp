@@ -52,18 +52,28 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
     const std::string text = field.text + unit + choices_text<Value>() + " (default " +
                              default_text(json::write(defaults.*field.member)) + ")";
     if constexpr (std::is_same_v<Value, bool>) {
-      app.add_flag_callback(
-             "--" + name, [&words, key] { words[key] = "true"; }, text)
-          ->group(group);
-      app.add_flag_callback(
-             "--no-" + name, [&words, key] { words[key] = "false"; }, "the opposite of --" + name)
-          ->group(group);
+      // Of two opposites the last one counts: they act in the order of the command line.
+      const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
+        app.add_flag_callback(
+               "--" + flag, [&words, key, word] { words[key] = word; }, what)
+            ->group(group)
+            ->trigger_on_parse();
+      };
+      set(name, "true", text);
+      set("no-" + name, "false", "the opposite of --" + name);
     } else {
       app.add_option_function<std::string>(
              "--" + name, [&words, key](const std::string& word) { words[key] = word; }, text)
           ->group(group)
           ->type_name("");
     }
+  });
+}
+
+void add_file(CLI::App& app, const std::string& option, std::string& path,
+              const std::string& text) {
+  app.add_option(option, path, text)->type_name("FILE")->check([](const std::string& name) {
+    return name.empty() ? std::string("needs the name of a file") : std::string();
   });
 }
 
@@ -78,14 +88,11 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.get_option("--disturbance")
       ->description(app.get_option("--disturbance")->get_description() +
                     "; or FILE.csv with columns force, moment");
-  app.add_option("--scenario", arguments.scenario_file, "scenario file (JSON)")->type_name("FILE");
-  app.add_option("--controller", arguments.controller_file, "controller file (JSON)")
-      ->type_name("FILE");
-  app.add_option("--out", arguments.out, "write the run table here (CSV)")->type_name("FILE");
-  app.add_option("--save-scenario", arguments.save_scenario, "write the scenario here (JSON)")
-      ->type_name("FILE");
-  app.add_option("--save-controller", arguments.save_controller, "write the controller here (JSON)")
-      ->type_name("FILE");
+  add_file(app, "--scenario", arguments.scenario_file, "scenario file (JSON)");
+  add_file(app, "--controller", arguments.controller_file, "controller file (JSON)");
+  add_file(app, "--out", arguments.out, "write the run table here (CSV)");
+  add_file(app, "--save-scenario", arguments.save_scenario, "write the scenario here (JSON)");
+  add_file(app, "--save-controller", arguments.save_controller, "write the controller here (JSON)");
   app.add_flag("--json", arguments.json, "print the metrics as one JSON object, nothing else");
   app.add_flag("--quiet", arguments.quiet, "print nothing");
   app.set_version_flag("--version", std::string("nfopidn_sim ") + NFOPIDN_VERSION);
@@ -116,6 +123,9 @@ Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
     const Json object = words_to_json<TrajectorySettings>(words);
     if (Outcome outcome = read_settings(object, "trajectory", settings); !outcome) return outcome;
     return load_trajectory(path, settings, scenario.trajectory);
+  }
+  if (name != words.end() && name->second == "samples") {
+    return {Status::not_a_choice, "--traj samples has no positions; give a FILE.csv"};
   }
   Json object = write_trajectory(scenario.trajectory);
   if (name != words.end() && scenario.trajectory.settings.name == Curve::samples) {
@@ -182,25 +192,43 @@ Json metrics_json(const SimulationResult& result) {
   return object;
 }
 
-void print_summary(const Scenario& scenario, const SimulationResult& result) {
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+  char line[512];
+  std::snprintf(line, sizeof line, pattern, values...);
+  return line;
+}
+
+std::string summary(const Scenario& scenario, const SimulationResult& result) {
   const TrajectorySettings& t = scenario.trajectory.settings;
-  std::printf("%s, %lld samples, %g s apart, heading %s\n\n",
-              ChoiceNames<Curve>::names[static_cast<int>(t.name)],
-              static_cast<long long>(scenario.trajectory.size()), t.dt,
-              ChoiceNames<HeadingChoice>::names[static_cast<int>(t.heading)]);
+  std::string text = format("%s, %lld samples, %g s apart, heading %s\n\n",
+                            ChoiceNames<Curve>::names[static_cast<int>(t.name)],
+                            static_cast<long long>(scenario.trajectory.size()), t.dt,
+                            ChoiceNames<HeadingChoice>::names[static_cast<int>(t.heading)]);
   Metrics::fields([&](const auto& field) {
-    std::printf("  %-20s %12.6g %-6s  %s\n", field.name, result.metrics.*field.member, field.unit,
-                field.text);
+    text += format("  %-20s %12.6g %-6s  %s\n", field.name, result.metrics.*field.member,
+                   field.unit, field.text);
   });
   if (result.diverged) {
-    std::printf("\nThe run diverged at %g s; the metrics but the cost are those before.\n",
-                result.diverged_at);
+    text += format("\nThe run diverged at %g s; the metrics but the cost are those before.\n",
+                   result.diverged_at);
   }
+  return text;
 }
 
 int fail(const Outcome& outcome) {
-  std::cerr << "nfopidn_sim: " << outcome.message << "\n";
+  std::cerr << "nfopidn_sim: " << printable(outcome.message) << "\n";
   return exit_bad_input;
+}
+
+// Text to standard output, or the reason why not.
+Outcome print(const std::string& text) {
+  errno = 0;
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) {
+    return file_fault("standard output", "cannot be written");
+  }
+  return {};
 }
 
 int run(const Arguments& arguments) {
@@ -216,6 +244,10 @@ int run(const Arguments& arguments) {
       {&arguments.save_controller, &controller_file}};
   for (const auto& [path, file] : files) {
     if (path->empty()) continue;
+    for (const auto& [other, other_file] : files) {
+      if (file == other_file) break;
+      if (*path == *other) return fail({Status::inconsistent, *path + " is named for two files"});
+    }
     if (Outcome outcome = file->open(*path); !outcome) return fail(outcome);
   }
   const SimulationResult result = simulate(scenario, settings);
@@ -226,12 +258,13 @@ int run(const Arguments& arguments) {
     if (files[i].first->empty()) continue;
     if (Outcome outcome = files[i].second->commit(contents[i]); !outcome) return fail(outcome);
   }
+  Outcome printed;
   if (arguments.json) {
-    std::cout << metrics_json(result).dump() << "\n";
+    printed = print(metrics_json(result).dump() + "\n");
   } else if (!arguments.quiet) {
-    print_summary(scenario, result);
+    printed = print(summary(scenario, result));
   }
-  if (result.diverged && !arguments.json && !arguments.quiet) std::fflush(stdout);
+  if (!printed) return fail(printed);
   return result.diverged ? exit_diverged : exit_done;
 }
 
@@ -241,13 +274,13 @@ int run_command_line(int argc, char** argv) {
   declare(app, arguments);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::CallForVersion& version) {
-    return app.exit(version);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    std::ostringstream text;
+    app.exit(asked, text, text);
+    const Outcome printed = print(text.str());
+    return printed ? exit_done : fail(printed);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "nfopidn_sim: " << error.what() << "; see --help\n";
-    return exit_bad_input;
+    return fail({Status::not_a_choice, std::string(error.what()) + "; see --help"});
   }
   return run(arguments);
 }

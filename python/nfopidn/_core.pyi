@@ -68,8 +68,8 @@ class _Law(TypedDict, total=False):
     frame: _Frame
     generator: _Generator
     lateral: _Lateral
-    speed_scale: float
     anti_windup: _AntiWindup
+    speed_scale: float
 
 class _Structure(_Law, total=False):
     memory: int
@@ -301,8 +301,8 @@ class Controller:
         frame: _Frame = "robot",
         generator: _Generator = "tustin",
         lateral: _Lateral = "direction",
-        speed_scale: float = 0.0,
         anti_windup: _AntiWindup = "none",
+        speed_scale: float = 0.0,
     ) -> None: ...
     @staticmethod
     def published(
@@ -336,9 +336,9 @@ class Controller:
     @property
     def lateral(self) -> _Lateral: ...
     @property
-    def speed_scale(self) -> float: ...
-    @property
     def anti_windup(self) -> _AntiWindup: ...
+    @property
+    def speed_scale(self) -> float: ...
     @property
     def taps(self) -> _Array: ...
     def step(

@@ -84,6 +84,27 @@ TYPED_TEST(Math, SigmoidIsTanhOfHalfTheNet) {
   }
 }
 
+// The argument's own rounding, in units of powers of two, is all that grows with it.
+TYPED_TEST(Math, ExponentialIsRelativelyAccurate) {
+  using M = math<TypeParam>;
+  Draws draw(8);
+  for (const double range : {0.1, 3.0, 80.0, TestFixture::is_double ? 700.0 : 85.0}) {
+    for (int i = 0; i < TestFixture::count; ++i) {
+      const TypeParam exponent = draw.scalar<TypeParam>(-range, range);
+      const Real exact = std::exp(Real(exponent));
+      const Real bound = (2 + std::fabs(Real(exponent)) / 2) * unit<TypeParam>;
+      ASSERT_LE(std::fabs(M::exponential(exponent) / exact - 1), bound) << exponent;
+    }
+  }
+  EXPECT_EQ(M::exponential(0), TypeParam(1));
+  // Beyond the range of normal numbers it stays at the last of them.
+  EXPECT_GT(M::exponential(infinite<TypeParam>), std::numeric_limits<TypeParam>::max() / 100);
+  EXPECT_TRUE(M::is_finite(M::exponential(infinite<TypeParam>)));
+  EXPECT_GT(M::exponential(-infinite<TypeParam>), TypeParam(0));
+  EXPECT_LT(M::exponential(-infinite<TypeParam>), std::numeric_limits<TypeParam>::min() * 100);
+  EXPECT_TRUE(std::isnan(M::exponential(not_a_number<TypeParam>)));
+}
+
 TYPED_TEST(Math, LogIsRelativelyAccurate) {
   Draws draw(5);
   const double decades = TestFixture::is_double ? 307 : 37;

@@ -3,39 +3,13 @@
 import json
 import re
 
+import every_field
 import nfopidn
 import numpy as np
 import pytest
-from nfopidn import Controller, Robot, Scenario, Trajectory
+from nfopidn import Controller, Scenario, Trajectory
 
 DIVERGING = ["--frame", "world"]
-
-
-def everything():
-    """A scenario and a controller with no field at its default."""
-    x = 0.2 * np.sin(np.arange(60) / 9)
-    path = Trajectory.from_samples(np.arange(60) / 50, x, 0.1, heading="continuous")
-    scenario = Scenario(
-        path,
-        Robot.eddie_datasheet(),
-        initial_pose=(0.1, 1 / 3, -0.2),
-        initial_velocity="reference",
-        torque_limit=1.7,
-        feedforward=False,
-        integrator="exact",
-        substeps=3,
-        disturbance=np.random.default_rng(0).normal(size=(60, 2)) / 7,
-        viscous_friction=0.01,
-        coulomb_friction=0.02,
-        pose_noise=(0.003, 0.004),
-        delay=2,
-        divergence_distance=5.5,
-        rng=123,
-    )
-    controller = Controller.published(
-        7, allocation=[[1, 0.5, 0.3], [1, -0.2, -0.9]], lateral="speed", alpha=(0.1, 0.2, 0.3)
-    )
-    return scenario, controller
 
 
 def as_json(result):
@@ -90,19 +64,20 @@ def test_out_is_the_golden_run(sim, golden_run, tmp_path):
 
 
 def test_every_field_goes_through_files_both_ways(sim, tmp_path):
-    scenario, controller = everything()
     names = [tmp_path / name for name in ("s.json", "c.json", "s2.json", "c2.json")]
-    scenario.save(names[0])
-    controller.save(names[1])
+    every_field.SCENARIO.save(names[0])
+    every_field.CONTROLLER.save(names[1])
     run = sim(
         *["--scenario", names[0], "--controller", names[1], "--json"],
         *["--save-scenario", names[2], "--save-controller", names[3]],
     )
-    assert json.loads(run.stdout) == as_json(nfopidn.simulate(scenario, controller))
+    result = nfopidn.simulate(every_field.SCENARIO, every_field.CONTROLLER)
+    assert len(result) == 60
+    assert json.loads(run.stdout) == as_json(result)
     assert names[2].read_bytes() == names[0].read_bytes()
     assert names[3].read_bytes() == names[1].read_bytes()
-    assert Scenario.load(names[2]) == scenario
-    assert Controller.load(names[3]) == controller
+    assert Scenario.load(names[2]) == every_field.SCENARIO
+    assert Controller.load(names[3]) == every_field.CONTROLLER
 
 
 def test_saved_defaults_are_the_published_ones(sim, tmp_path):

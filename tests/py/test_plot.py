@@ -470,6 +470,10 @@ def test_schematic_is_complete_and_nothing_overlaps(name, words):
         assert ax.figure.bbox.x0 <= box.x0 <= box.x1 <= ax.figure.bbox.x1
         assert ax.figure.bbox.y0 <= box.y0 <= box.y1 <= ax.figure.bbox.y1
         assert not any(box.overlaps(other) for other in boxes[:i]), ax.texts[i].get_text()
+    blocks = [one.get_window_extent() for one in ax.patches if isinstance(one, FancyBboxPatch)]
+    for i, block in enumerate(blocks):
+        assert ax.bbox.x0 <= block.x0 <= block.x1 <= ax.bbox.x1
+        assert not any(block.overlaps(other) for other in blocks[:i])
     assert list(ax.get_xticks()) == []
 
 
@@ -488,13 +492,25 @@ def test_overview_tells_cost_and_metrics(run):
     assert isinstance(figure, Figure)
     assert_allclose(figure.get_size_inches(), (11.69, 8.27))
     told = texts(figure)
-    assert f"{run.cost:.6g}" in told
-    assert any(f"E = {run.cost:.6g}" in text for text in told)
-    for name, unit in (("position_rms", "m"), ("heading_rms", "rad"), ("energy", "J")):
-        assert any(text.startswith(f"{run.metrics[name]:#.4g}".rstrip(".")) for text in told)
-        assert unit in told
-    if run.diverged_at is not None:
-        assert any(text.endswith(f"diverged at t = {run.diverged_at:.4g} s") for text in told)
+    units = {
+        "position_rms": "m",
+        "position_max": "m",
+        "heading_rms": "rad",
+        "iae": "m s",
+        "itae": "m s²",
+        "torque_peak": "N m",
+        "torque_variation": "N m",
+        "energy": "J",
+        "lateral_force_peak": "N",
+    }
+    first = told.index("cost E (eq. 41)")
+    assert told[first + 1] == f"{run.cost:.6g}"
+    for row, (name, unit) in enumerate(units.items()):
+        number = f"{run.metrics[name]:#.4g}".rstrip(".")
+        assert told[first + 3 + 3 * row : first + 5 + 3 * row] == [number, unit]
+    (title,) = (text for text in told if f"E = {run.cost:.6g}" in text)
+    at = run.diverged_at
+    assert title.endswith(f"E = {run.cost:.6g}" if at is None else f"diverged at t = {at:.4g} s")
 
 
 def test_overview_has_every_panel_within_the_page(run):

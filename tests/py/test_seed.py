@@ -1,5 +1,7 @@
 """Random draws: what a seed may be, and that it alone decides a run."""
 
+import concurrent.futures
+
 import nfopidn
 import numpy as np
 import pytest
@@ -37,6 +39,14 @@ def test_a_generator_draws_the_seed():
 def test_same_seed_same_run_other_seed_other_run():
     assert np.array_equal(poses(1), poses(1))
     assert not np.array_equal(poses(1), poses(2))
+
+
+def test_runs_in_threads_are_the_runs_in_turn():
+    seeds = range(16)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(poses, seeds))
+    for seed, pose in zip(seeds, together, strict=True):
+        assert np.array_equal(pose, poses(seed))
 
 
 def test_replace_takes_a_seed_and_keeps_it_otherwise():

@@ -115,6 +115,13 @@ def test_samples_of_a_named_path_are_that_path(name, heading):
     assert (path.name, path.period, len(path)) == ("samples", pytest.approx(150), 751)
 
 
+@pytest.mark.parametrize("dt", [1e-6, 1e-5, 1e3])
+def test_samples_may_be_as_close_and_as_far_apart_as_dt_may_be(dt):
+    path = Trajectory.from_samples([0, 1, 2], [0, 0, 0], dt)
+    np.testing.assert_allclose(path.v, 1 / dt, rtol=1e-15)
+    assert Scenario(path, rng=0) == Scenario(path).replace(rng=0)
+
+
 def test_samples_with_a_cusp():
     along = np.array([0, 1, 2, 1.5, 0.5, -0.5])
     path = Trajectory.from_samples(along, 0 * along, 1.0, heading="continuous")

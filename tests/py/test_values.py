@@ -3,6 +3,7 @@
 import copy
 import pickle
 
+import every_field
 import nfopidn
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ X = np.array([0.0, 0.3, 0.5, 0.4])
 Y = np.array([0.0, 0.1, 0.3, 0.7])
 SAMPLES = Trajectory.from_samples(X, Y, 0.1)
 CLOSED = Trajectory.from_samples([0, 1, 1, 0], [0, 0, 1, 0], 0.5, heading="continuous", laps=2)
-BY_SAMPLE = np.array([[1.0, 0.1], [2.0, -0.2], [0.0, 0.0], [-3.5, 1e-3]])
 
 VALUES = {
     "robot": Robot(3.3, 0.1, 0.2, 0.05),
@@ -20,38 +20,9 @@ VALUES = {
     "samples": SAMPLES,
     "closed samples": CLOSED,
     "scenario": Scenario.published(rng=3),
-    "every field": Scenario(
-        SAMPLES,
-        Robot.eddie_datasheet(),
-        initial_pose=(0.1, 1 / 3, -2.0),
-        initial_velocity="reference",
-        torque_limit=1.7,
-        feedforward=False,
-        integrator="exact",
-        substeps=3,
-        disturbance=BY_SAMPLE,
-        viscous_friction=0.01,
-        coulomb_friction=0.02,
-        pose_noise=(0.003, 0.004),
-        delay=2,
-        divergence_distance=5.5,
-        rng=2**53 - 1,
-    ),
+    "every field": every_field.SCENARIO,
     "controller": Controller.published(),
-    "every setting": Controller(
-        np.arange(9).reshape(3, 3) / 7,
-        (0.1, 0.2, 1 / 3),
-        (1.0, -1.5, 2.0),
-        memory=40,
-        form="incremental",
-        allocation=[[1, 0.5, 0.25], [1, -0.5, -0.25]],
-        activation="linear",
-        frame="world",
-        generator="gl",
-        lateral="speed",
-        speed_scale=0.4,
-        anti_windup="clamp",
-    ),
+    "every setting": every_field.CONTROLLER,
 }
 values = pytest.mark.parametrize("value", VALUES.values(), ids=VALUES.keys())
 COPIES = [copy.copy, copy.deepcopy] + [

@@ -121,10 +121,10 @@ struct ControllerSettings {
     visit(field("generator", &S::generator, "", any_number(),
                 "power series that stands for s^alpha"));
     visit(field("lateral", &S::lateral, "", any_number(), "what the y channel is fed"));
-    visit(field("speed_scale", &S::speed_scale, "m/s", between(0, 1e6),
-                "divisor of V_r with lateral \"speed\"; 0: the trajectory's peak |V_r|"));
     visit(field("anti_windup", &S::anti_windup, "", any_number(),
                 "what the incremental form does at the torque limit"));
+    visit(field("speed_scale", &S::speed_scale, "m/s", between(0, 1e6),
+                "divisor of V_r with lateral \"speed\"; 0: the trajectory's peak |V_r|"));
   }
 };
 

@@ -153,7 +153,9 @@ inline void differentiate_positions(Trajectory& t) {
     unwrap(t.theta, math<double>::pi);
     for (Eigen::Index k = 0; k < t.size(); ++k) {
       const Heading<double> h = math<double>::heading(t.theta(k));
-      t.v(k) = dx(k) * h.cosine + dy(k) * h.sine;
+      const double along = dx(k) * h.cosine + dy(k) * h.sine;
+      const bool mended = std::fabs(along) < 0.7 * t.v(k);
+      t.v(k) = mended ? along : (along < 0 ? -t.v(k) : t.v(k));
     }
   }
   t.omega = gradient(t.theta, dt);
@@ -258,11 +260,12 @@ inline Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
   Trajectory t;
   t.settings.name = Curve::samples;
   t.settings.dt = settings.dt;
-  t.settings.period = settings.dt * static_cast<double>(x.size() - 1);
   t.settings.heading = settings.heading;
   t.settings.laps = settings.laps;
   const Finding finding = check_ranges(t.settings);
   if (finding.status != Status::ok) return finding.status;
+  // Not among what is given, and so not checked: as short or long as the samples make it.
+  t.settings.period = settings.dt * static_cast<double>(x.size() - 1);
   const double gap = std::hypot(x(x.size() - 1) - x(0), y(y.size() - 1) - y(0));
   if (settings.laps > 1 && gap > closing_distance) return Status::inconsistent;
   t.x = detail::repeat_laps(x, settings.laps);

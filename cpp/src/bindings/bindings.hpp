@@ -40,7 +40,7 @@ void add_value_semantics(Class& cls, const Write& write, const Read& read) {
     if (!py::isinstance<Object>(other)) {
       return py::reinterpret_borrow<py::object>(Py_NotImplemented);
     }
-    return py::bool_(write(self) == write(other.cast<const Object&>()));
+    return py::bool_(write(self).dump() == write(other.cast<const Object&>()).dump());
   });
   cls.def("__hash__",
           [write](const Object& self) { return std::hash<std::string>()(write(self).dump()); });

@@ -18,6 +18,15 @@ Settings changed(const std::string& callable, Settings settings, const py::dict&
   return settings;
 }
 
+// The names of settings, but for those given otherwise.
+std::vector<std::string> settings_but(const std::vector<std::string>& taken) {
+  std::vector<std::string> names;
+  for (const std::string& name : field_names<Settings>()) {
+    if (std::find(taken.begin(), taken.end(), name) == taken.end()) names.push_back(name);
+  }
+  return names;
+}
+
 PyController make_controller(const py::args& positional, const py::kwargs& keywords) {
   const py::dict arguments =
       bind_arguments("Controller", field_names<Settings>(), positional, keywords);
@@ -49,10 +58,15 @@ py::array to_vector(const PyController& self) {
 
 PyController from_vector(const py::array_t<double, py::array::c_style | py::array::forcecast>& x,
                          const py::kwargs& structure) {
-  if (x.ndim() != 1 || (x.size() != 11 && x.size() != 15)) {
+  if (x.ndim() != 1) {
+    throw py::value_error("Controller.from_vector: x has " + std::to_string(x.ndim()) +
+                          " dimensions; must have 1");
+  }
+  if (x.size() != 11 && x.size() != 15) {
     throw py::value_error("Controller.from_vector: x has " + std::to_string(x.size()) +
                           " numbers; must have 11, or 15 with an order pair for each channel");
   }
+  const std::string callable = "Controller.from_vector";
   Json object = Json::object();
   Json gains = Json::array();
   for (int row = 0; row < 3; ++row) {
@@ -67,8 +81,10 @@ PyController from_vector(const py::array_t<double, py::array::c_style | py::arra
     object["sigma"] = {x.at(10), x.at(12), x.at(14)};
   }
   Settings settings;
-  check("Controller.from_vector", read_settings(object, "", settings));
-  return PyController(changed("Controller.from_vector", settings, py::dict(structure)));
+  check(callable, read_settings(object, "", settings));
+  return PyController(changed(
+      callable, settings,
+      bind_arguments(callable, settings_but({"gains", "alpha", "sigma"}), py::args(), structure)));
 }
 
 py::array taps(const PyController& self) {
@@ -101,10 +117,12 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
   for (const auto& [array, name] :
        {std::pair{&measurement, "measurement"}, std::pair{&reference, "reference"}}) {
     for (py::ssize_t i = 0; i < array->size(); ++i) {
-      if (!std::isfinite(array->at(i))) {
-        raise(callable, refuse_number(std::string(name) + "[" + std::to_string(i) + "]",
-                                      array->at(i), any_number()));
-      }
+      // Beyond, a float's digits no longer tell one centimetre from the next.
+      const Range range = between(-1e12, 1e12);
+      const double number = array->at(i);
+      if (range.contains(number)) continue;
+      raise(callable, refuse_number(std::string(name) + "[" + std::to_string(i) + "]", number,
+                                    std::isfinite(number) ? range : any_number()));
     }
   }
   const Range positive = greater_than(0);
@@ -148,21 +166,21 @@ void bind_controller(py::module_& module) {
       "Controller(" + rest +
       ")\n--\n\nThe NFOPIDN controller: settings, and the law itself in step(). A setting out of "
       "range\nraises ValueError.\n\nParameters\n----------\n" +
-      parameters_text<Settings>();
+      parameters_text<Settings>(field_names<Settings>());
   py::class_<C> cls(module, "Controller", py::is_final(), doc.c_str());
   cls.def(py::init(&make_controller));
   cls.def_static(
       "published",
       [](const py::args& positional, const py::kwargs& changes) {
-        py::dict arguments =
-            bind_arguments("Controller.published", {"memory"}, positional, py::kwargs());
-        for (const auto& [key, value] : changes) {
-          if (arguments.contains(key)) {
-            throw py::type_error("Controller.published() got two values for argument 'memory'");
-          }
-          arguments[key] = value;
+        const std::string callable = "Controller.published";
+        std::vector<std::string> names = settings_but({"memory"});
+        names.insert(names.begin(), "memory");
+        if (positional.size() > 1) {
+          throw py::type_error(callable + "() takes at most 1 positional argument, got " +
+                               std::to_string(positional.size()));
         }
-        return C(changed("Controller.published", Settings{}, arguments));
+        const py::dict arguments = bind_arguments(callable, names, positional, changes);
+        return C(changed(callable, Settings{}, arguments));
       },
       "published(memory=5, **changes)\n--\n\nThe paper's gains and orders (its Table 3), with "
       "changes.");
@@ -170,44 +188,46 @@ void bind_controller(py::module_& module) {
                  "from_vector(x, **structure)\n--\n\nFrom (kp_x, ki_x, kd_x, kp_y, ki_y, kd_y, "
                  "kp_theta, ki_theta, kd_theta, alpha, sigma), or 15\nnumbers that end alpha_x, "
                  "sigma_x, alpha_y, sigma_y, alpha_theta, sigma_theta.");
-  cls.def("to_vector", &to_vector, "to_vector()\n--\n\nThe inverse of from_vector.");
+  cls.def("to_vector", &to_vector, "to_vector(self)\n--\n\nThe inverse of from_vector.");
   cls.def_static(
       "load",
       [](const py::object& path) {
         Settings settings;
-        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
-        check("Controller.load", load_controller(name, settings));
+        check("Controller.load", load_controller(file_name(path), settings));
         return C(settings);
       },
       py::arg("path"), "load(path)\n--\n\nReads a controller file (JSON).");
   cls.def(
       "save",
       [](const C& self, const py::object& path) {
-        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
-        check("Controller.save", write_file(name, document_text(write_controller(self.settings))));
+        check("Controller.save",
+              write_file(file_name(path), document_text(write_controller(self.settings))));
       },
-      py::arg("path"), "save(path)\n--\n\nWrites a controller file (JSON).");
+      py::arg("path"), "save(self, path)\n--\n\nWrites a controller file (JSON).");
   cls.def(
       "replace",
       [](const C& self, const py::kwargs& changes) {
-        return C(changed("Controller.replace", self.settings, py::dict(changes)));
+        return C(
+            changed("Controller.replace", self.settings,
+                    bind_arguments("Controller.replace", settings_but({}), py::args(), changes)));
       },
-      "replace(**changes)\n--\n\nA copy with some settings changed, at rest.");
+      "replace(self, **changes)\n--\n\nA copy with some settings changed, at rest.");
   add_fields<Settings>(cls, [](const C& self) -> const Settings& { return self.settings; });
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
-  cls.def("step", &step, py::arg("measurement"), py::arg("reference"),
-          py::arg("torque_limit") = ControlLimits<double>{}.torque,
-          "step(measurement, reference, torque_limit=3.078)\n--\n\nThe limited torques (left, "
-          "right) [N m] of one sample.\n\nmeasurement: x, y [m], theta [rad] and, not used, v, "
-          "omega. reference: a row of\nScenario.reference. ValueError for what is not finite; the "
-          "memory is then as before.");
+  cls.def(
+      "step", &step, py::arg("measurement"), py::arg("reference"),
+      py::arg("torque_limit") = ControlLimits<double>{}.torque,
+      "step(self, measurement, reference, torque_limit=3.078)\n--\n\nThe limited torques (left, "
+      "right) [N m] of one sample.\n\nmeasurement: x, y [m], theta [rad] and, not used, v, "
+      "omega. reference: a row of\nScenario.reference. ValueError for what is not finite; the "
+      "memory is then as before.");
   cls.def(
       "reset",
       [](C& self) {
         if (self.running) self.running->reset();
       },
-      "reset()\n--\n\nForgets past errors and torque.");
+      "reset(self)\n--\n\nForgets past errors and torque.");
   cls.def(
       "feedback",
       [](const C& self) {
@@ -215,7 +235,7 @@ void bind_controller(py::module_& module) {
             self.running ? self.running->feedback() : TorquePair<double>{0, 0};
         return py::make_tuple(torque.left, torque.right);
       },
-      "feedback()\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
+      "feedback(self)\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
   cls.def("__repr__", [](const C& self) {
     const std::string changes = arguments_text(self.settings, false);
     return "Controller.published(" + changes + ")";

@@ -11,37 +11,57 @@ namespace nfopidn::python {
 namespace py = pybind11;
 
 [[noreturn]] inline void raise(const std::string& where, const Outcome& outcome) {
-  throw py::value_error(where + ": " + outcome.message);
+  throw py::value_error(where + ": " + printable(outcome.message));
 }
 
 inline void check(const std::string& where, const Outcome& outcome) {
   if (!outcome) raise(where, outcome);
 }
 
-inline Json to_json(const py::handle& object) {
+constexpr int deepest_argument = 8;  // lists in lists
+
+inline Json to_json(const py::handle& object, int depth = 0) {
   PyObject* const raw = object.ptr();
+  if (depth > deepest_argument) throw py::value_error("nested too deeply");
   if (object.is_none()) return nullptr;
   if (PyBool_Check(raw)) return raw == Py_True;
-  if (PyUnicode_Check(raw)) return object.cast<std::string>();
+  if (PyUnicode_Check(raw)) {
+    Py_ssize_t size = 0;
+    const char* text = PyUnicode_AsUTF8AndSize(raw, &size);
+    if (text != nullptr) return std::string(text, static_cast<std::size_t>(size));
+    PyErr_Clear();
+    throw py::value_error("text that is no Unicode");
+  }
   if (PyLong_Check(raw)) {
     int overflow = 0;
     const long long value = PyLong_AsLongLongAndOverflow(raw, &overflow);
     if (overflow == 0) return value;
     const double number = PyLong_AsDouble(raw);
-    if (PyErr_Occurred() != nullptr) throw py::error_already_set();
-    return number;
+    if (PyErr_Occurred() == nullptr) return number;
+    PyErr_Clear();  // beyond every float
+    return overflow * std::numeric_limits<double>::infinity();
   }
   if (PyFloat_Check(raw)) return PyFloat_AS_DOUBLE(raw);
-  if (py::hasattr(object, "tolist")) return to_json(object.attr("tolist")());  // NumPy
+  if (py::hasattr(object, "tolist")) return to_json(object.attr("tolist")(), depth + 1);  // NumPy
   if (PyList_Check(raw) || PyTuple_Check(raw)) {
     Json list = Json::array();
     for (const py::handle& element : py::reinterpret_borrow<py::sequence>(object)) {
-      list.push_back(to_json(element));
+      list.push_back(to_json(element, depth + 1));
     }
     return list;
   }
   throw py::type_error("a number, word or list is needed, not " +
                        py::str(py::type::of(object)).cast<std::string>());
+}
+
+// The name of a file from whatever os.fspath() takes.
+inline std::string file_name(const py::object& path) {
+  const py::module_ os = py::module_::import("os");
+  auto name = os.attr("fsdecode")(os.attr("fspath")(path)).cast<std::string>();
+  if (name.find('\0') != std::string::npos) {
+    throw py::value_error("the path holds a null byte");
+  }
+  return name;
 }
 
 inline py::array read_only(py::array array) {
@@ -121,6 +141,8 @@ inline Json to_json(const py::dict& arguments) {
       object[name] = to_json(value);
     } catch (const py::type_error& error) {
       throw py::type_error(name + ": " + error.what());
+    } catch (const py::value_error& error) {
+      throw py::value_error(name + ": " + error.what());
     }
   }
   return object;
@@ -162,29 +184,35 @@ inline std::string literal(const Json& value) {
   return value.dump();
 }
 
+// The fields as arguments of a call. With `all` false: those that differ from the default, long
+// lists cut short.
 template <class Settings>
 std::string arguments_text(const Settings& settings, bool all) {
+  constexpr std::size_t longest = 60;
   const Json defaults = write_settings(Settings{});
   const Json values = write_settings(settings);
   std::string text;
   for (const auto& item : values.items()) {
     if (!all && item.value() == defaults[item.key()]) continue;
-    text += (text.empty() ? "" : ", ") + item.key() + "=" + literal(item.value());
+    std::string value = literal(item.value());
+    if (!all && value.size() > longest) value = value.substr(0, longest - 3) + "...";
+    text += (text.empty() ? "" : ", ") + item.key() + "=" + value;
   }
   return text;
 }
 
-// numpydoc's list of parameters, from the schema.
+// numpydoc's list of parameters, from the schema: of the fields that are among `names`.
 template <class Settings>
-std::string parameters_text() {
+std::string parameters_text(const std::vector<std::string>& names) {
   const Settings defaults;
   std::string text;
   Settings::fields([&](const auto& field) {
-    using Value = std::remove_reference_t<decltype(defaults.*field.member)>;
+    using Value = std::remove_const_t<std::remove_reference_t<decltype(defaults.*field.member)>>;
+    if (std::find(names.begin(), names.end(), field.name) == names.end()) return;
     text += std::string(field.name) + "\n    " + field.text;
     if (*field.unit != '\0') text += " [" + std::string(field.unit) + "]";
-    if constexpr (std::is_enum_v<std::remove_const_t<Value>>) {
-      text += "; " + json::choice_list<std::remove_const_t<Value>>();
+    if constexpr (std::is_enum_v<Value>) {
+      text += "; " + json::choice_list<Value>();
     } else if (std::isfinite(field.range.low) || std::isfinite(field.range.high)) {
       text += "; " + range_text(field.range);
     }

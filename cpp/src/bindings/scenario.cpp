@@ -20,7 +20,7 @@ Trajectory trajectory_from_json(const Json& object) {
 }
 
 Scenario scenario_from_json(const Json& document) {
-  Scenario scenario;
+  Scenario scenario = default_scenario();
   check("Scenario", read_scenario(document, scenario));
   return scenario;
 }
@@ -51,47 +51,52 @@ std::string named_path_doc(const std::string& name) {
   return name + "(" + signature + ")\n--\n\nThe path `" + name +
          "` (docs/theory.md has its equation). ValueError names what is out of range.\n\n"
          "Parameters\n----------\n" +
-         parameters_text<TrajectorySettings>();
+         parameters_text<TrajectorySettings>(named_path_arguments(name));
 }
 
 using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-Eigen::ArrayXd to_eigen(const Samples& samples, const char* name) {
+Eigen::ArrayXd to_eigen(const py::object& object, const std::string& name) {
+  const auto samples = Samples::ensure(object);
+  if (!samples) {
+    PyErr_Clear();
+    throw py::type_error("Trajectory.from_samples: " + name + " must be an array of numbers");
+  }
   if (samples.ndim() != 1) {
-    throw py::value_error(std::string("Trajectory.from_samples: ") + name + " has " +
+    throw py::value_error("Trajectory.from_samples: " + name + " has " +
                           std::to_string(samples.ndim()) + " dimensions; must have 1");
   }
   return Eigen::Map<const Eigen::ArrayXd>(samples.data(), samples.size());
 }
 
-Trajectory from_samples(const Samples& x, const Samples& y, double dt, const std::string& heading,
-                        int laps) {
-  const std::string callable = "Trajectory.from_samples";
+// dt, heading and laps of a path of samples.
+TrajectorySettings sample_settings(const std::string& callable, const py::object& dt,
+                                   const py::object& heading, const py::object& laps) {
   TrajectorySettings settings;
   settings.name = Curve::samples;
-  check(callable, read_settings({{"dt", dt}, {"heading", heading}, {"laps", laps}}, "", settings));
-  const Eigen::ArrayXd xs = to_eigen(x, "x");
-  const Eigen::ArrayXd ys = to_eigen(y, "y");
-  for (const auto& [array, name] : {std::pair{&xs, "x"}, std::pair{&ys, "y"}}) {
-    for (Eigen::Index k = 0; k < array->size(); ++k) {
-      if (!std::isfinite((*array)(k))) {
-        raise(callable, refuse_number(std::string(name) + "[" + std::to_string(k) + "]",
-                                      (*array)(k), any_number(), "m"));
-      }
-    }
-  }
+  py::dict arguments;
+  arguments["dt"] = dt;
+  arguments["heading"] = heading;
+  arguments["laps"] = laps;
+  check(callable, read_settings(to_json(arguments), "", settings));
+  return settings;
+}
+
+Trajectory from_samples(const py::object& x, const py::object& y, const py::object& dt,
+                        const py::object& heading, const py::object& laps) {
+  const std::string callable = "Trajectory.from_samples";
+  const TrajectorySettings settings = sample_settings(callable, dt, heading, laps);
   Trajectory trajectory;
-  check(callable, build_trajectory(settings, xs, ys, "", trajectory));
+  check(callable, build_trajectory(settings, to_eigen(x, "x"), to_eigen(y, "y"), "", trajectory));
   return trajectory;
 }
 
-Trajectory from_csv(const py::object& path, const std::string& heading, int laps, double dt) {
-  TrajectorySettings settings;
-  check("Trajectory.from_csv",
-        read_settings({{"dt", dt}, {"heading", heading}, {"laps", laps}}, "", settings));
+Trajectory from_csv(const py::object& path, const py::object& heading, const py::object& laps,
+                    const py::object& dt) {
+  const std::string callable = "Trajectory.from_csv";
   Trajectory trajectory;
-  const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
-  check("Trajectory.from_csv", load_trajectory(name, settings, trajectory));
+  check(callable,
+        load_trajectory(file_name(path), sample_settings(callable, dt, heading, laps), trajectory));
   return trajectory;
 }
 
@@ -118,8 +123,10 @@ const std::vector<std::string> scenario_arguments = [] {
 // The scenario with the changes that the keywords ask for.
 Scenario changed(const std::string& callable, Scenario scenario, py::dict arguments) {
   if (arguments.contains("rng")) {
-    arguments["seed"] = seed_from(arguments["rng"]);
-    arguments.attr("pop")("rng");
+    const Json seed = {{"seed", to_json(seed_from(arguments.attr("pop")("rng")))}};
+    Outcome outcome = read_settings(seed, "", scenario);
+    if (!outcome) outcome.message.replace(0, std::string("seed").size(), "rng");
+    check(callable, outcome);
   }
   const auto take = [&](const char* name, auto& member) {
     using Member = std::decay_t<decltype(member)>;
@@ -164,6 +171,10 @@ Scenario make_published(const py::kwargs& keywords) {
     }
   }
   arguments = bind_arguments(callable, scenario_arguments, py::args(), py::kwargs(arguments));
+  if (arguments.contains("trajectory") && !path.empty()) {
+    throw py::type_error(callable + "() takes a trajectory or '" + path.begin().key() +
+                         "', not both");
+  }
   if (!arguments.contains("rng")) arguments["rng"] = py::none();
   Scenario scenario = Scenario::published();
   check(callable, read_trajectory(path, "", scenario.trajectory));
@@ -199,7 +210,7 @@ void bind_robot(py::module_& module) {
       "Robot(" + arguments_text(R{}, true) +
       ")\n--\n\nA differential-drive robot; the default is the paper's Eddie.\n\n"
       "Parameters\n----------\n" +
-      parameters_text<R>();
+      parameters_text<R>(field_names<R>());
   py::class_<R> cls(module, "Robot", py::is_final(), doc.c_str());
   cls.def(py::init([](const py::args& positional, const py::kwargs& keywords) {
     return read_robot(to_json(bind_arguments("Robot", field_names<R>(), positional, keywords)));
@@ -214,10 +225,13 @@ void bind_robot(py::module_& module) {
       "replace",
       [](const R& self, const py::kwargs& changes) {
         R robot = self;
-        check("Robot.replace", read_settings(to_json(py::dict(changes)), "", robot));
+        check("Robot.replace",
+              read_settings(
+                  to_json(bind_arguments("Robot.replace", field_names<R>(), py::args(), changes)),
+                  "", robot));
         return robot;
       },
-      "replace(**changes)\n--\n\nA copy with some parameters changed.");
+      "replace(self, **changes)\n--\n\nA copy with some parameters changed.");
   cls.def("__repr__", [](const R& self) { return "Robot(" + arguments_text(self, true) + ")"; });
   add_value_semantics<R>(cls, write_settings<R>, read_robot);
 }
@@ -303,9 +317,11 @@ void bind_scenario(py::module_& module) {
         return text.replace(text.find("seed=0"), 6, "rng=None");
       }() +
       ")\n--\n\nEverything about a run but the controller. ValueError names what is wrong.\n\n"
-      "`rng` is a seed, a numpy.random.Generator, or None to draw a seed, which `seed` records.\n\n"
       "Parameters\n----------\ntrajectory\n    a Trajectory\nrobot\n    a Robot\n" +
-      parameters_text<S>();
+      parameters_text<S>(scenario_arguments) +
+      "rng\n    a seed, a numpy.random.Generator, or None to draw a seed, which the attribute "
+      "`seed` "
+      "records.\n";
   py::class_<S> cls(module, "Scenario", py::is_final(), doc.c_str());
   cls.def(py::init(&make_scenario));
   cls.def_static("published", &make_published,
@@ -314,26 +330,24 @@ void bind_scenario(py::module_& module) {
   cls.def_static(
       "load",
       [](const py::object& path) {
-        S scenario;
-        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
-        check("Scenario.load", load_scenario(name, scenario));
+        S scenario = default_scenario();
+        check("Scenario.load", load_scenario(file_name(path), scenario));
         return scenario;
       },
       py::arg("path"), "load(path)\n--\n\nReads a scenario file (JSON).");
   cls.def(
       "save",
       [](const S& self, const py::object& path) {
-        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
-        check("Scenario.save", write_file(name, document_text(write_scenario(self))));
+        check("Scenario.save", write_file(file_name(path), document_text(write_scenario(self))));
       },
-      py::arg("path"), "save(path)\n--\n\nWrites a scenario file (JSON).");
+      py::arg("path"), "save(self, path)\n--\n\nWrites a scenario file (JSON).");
   cls.def(
       "replace",
       [](const S& self, const py::kwargs& changes) {
         return changed("Scenario.replace", self,
                        bind_arguments("Scenario.replace", scenario_arguments, py::args(), changes));
       },
-      "replace(**changes)\n--\n\nA copy with some arguments changed.");
+      "replace(self, **changes)\n--\n\nA copy with some arguments changed.");
   cls.def_readonly("trajectory", &S::trajectory, "the Trajectory");
   cls.def_readonly("robot", &S::robot, "the Robot");
   add_fields<S>(cls, [](const S& self) -> const S& { return self; });

@@ -104,10 +104,10 @@ void bind_simulation(py::module_& module) {
   cls.def(
       "to_csv",
       [](const R& self, const py::object& path) {
-        const std::string name = py::str(py::module_::import("os").attr("fspath")(path));
-        check("SimulationResult.to_csv", write_file(name, run_table_csv(self.result.table)));
+        check("SimulationResult.to_csv",
+              write_file(file_name(path), run_table_csv(self.result.table)));
       },
-      py::arg("path"), "to_csv(path)\n--\n\nWrites the run table.");
+      py::arg("path"), "to_csv(self, path)\n--\n\nWrites the run table.");
   cls.def("__len__", [](const R& self) { return self.result.table.rows(); });
   cls.def("__repr__", &repr);
   cls.def(py::pickle(&get_state, &set_state));

@@ -138,12 +138,19 @@ inline Outcome load_trajectory(const std::string& path, TrajectorySettings setti
                                     std::to_string(minimum_samples)};
   }
   if (const std::vector<double>* t = csv::find(table, "t"); t != nullptr) {
-    settings.dt = (t->back() - t->front()) / static_cast<double>(rows - 1);
+    const double first = (*t)[1] - (*t)[0];
     for (std::size_t k = 1; k < rows; ++k) {
       const double step = (*t)[k] - (*t)[k - 1];
-      if (!(std::fabs(step - settings.dt) <= 1e-3 * std::fabs(settings.dt)) || !(step > 0)) {
+      if (!(step > 0)) return csv::fault(path, table.lines[k], "t does not rise");
+      if (!(std::fabs(step - first) <= 1e-3 * first)) {
         return csv::fault(path, table.lines[k], "t does not rise in equal steps");
       }
+    }
+    settings.dt = (t->back() - t->front()) / static_cast<double>(rows - 1);
+    Outcome outcome = read_settings({{"dt", settings.dt}}, "", settings);
+    if (!outcome) {
+      outcome.message = path + ": the step of t, " + outcome.message;
+      return outcome;
     }
   }
   settings.name = Curve::samples;

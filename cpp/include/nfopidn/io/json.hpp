@@ -2,6 +2,8 @@
 // command line and Python keywords all pass through read_settings().
 #pragma once
 
+#include <stdexcept>
+
 #include "nfopidn/io/json_values.hpp"
 #include "nfopidn/metrics.hpp"
 
@@ -32,6 +34,16 @@ std::string field_list() {
   return list;
 }
 
+// What an object may hold, but for the header that every document has.
+template <class Settings>
+std::string known_keys(const std::vector<std::string>& also) {
+  std::string list;
+  for (const std::string& key : also) {
+    if (key != "format" && key != "version") list += key + ", ";
+  }
+  return list + field_list<Settings>();
+}
+
 inline Outcome unknown_key(const std::string& path, const std::string& known) {
   return {Status::not_a_choice, path + " is unknown; known: " + known};
 }
@@ -50,7 +62,7 @@ Outcome read_settings(const Json& object, const std::string& path, Settings& set
     const bool known = json::has_field<Settings>(item.key()) ||
                        std::find(also.begin(), also.end(), item.key()) != also.end();
     if (!known) {
-      return json::unknown_key(json::join(path, item.key()), json::field_list<Settings>());
+      return json::unknown_key(json::join(path, item.key()), json::known_keys<Settings>(also));
     }
   }
   Outcome outcome;
@@ -90,6 +102,8 @@ inline Json write_trajectory(const Trajectory& trajectory) {
 
 namespace json {
 
+constexpr Range position_range = between(-1e9, 1e9);  // [m]
+
 inline Outcome read_positions(const Json& object, const char* key, const std::string& path,
                               Eigen::ArrayXd& result) {
   const std::string name = join(path, key);
@@ -99,7 +113,7 @@ inline Outcome read_positions(const Json& object, const char* key, const std::st
   }
   Outcome outcome;
   result.resize(static_cast<Eigen::Index>(found->size()));
-  const Context context = {name, between(-1e9, 1e9), "m", &outcome};
+  const Context context = {name, position_range, "m", &outcome};
   for (std::size_t i = 0; i < found->size(); ++i) {
     read((*found)[i], context.at(i), result(static_cast<Eigen::Index>(i)));
   }
@@ -128,6 +142,15 @@ inline Outcome build_trajectory(const TrajectorySettings& settings, const Eigen:
   if (settings.name != Curve::samples) {
     return json::explain_trajectory(make_trajectory(settings, result), settings,
                                     sample_count(settings), path);
+  }
+  for (const auto& [positions, key] : {std::pair{&x, "x"}, std::pair{&y, "y"}}) {
+    for (Eigen::Index k = 0; k < positions->size(); ++k) {
+      if (json::position_range.contains((*positions)(k))) continue;
+      const std::string name = std::string(key) + "[" + std::to_string(k) + "]";
+      const double value = (*positions)(k);
+      return refuse_number(json::join(path, name), value,
+                           std::isfinite(value) ? json::position_range : any_number(), "m");
+    }
   }
   if (x.size() != y.size()) {
     return {Status::wrong_size, json::join(path, "y") + " has " + std::to_string(y.size()) +
@@ -218,6 +241,13 @@ inline Outcome read_controller(const Json& document, ControllerSettings<double>&
   return read_settings(document, "", result, {"format", "version"});
 }
 
+// What a scenario document's missing keys stand for.
+inline Scenario default_scenario() {
+  Scenario scenario = Scenario::published();
+  scenario.initial_pose.reset();
+  return scenario;
+}
+
 inline Outcome read_scenario(const Json& document, Scenario& result) {
   if (Outcome outcome = json::check_header(document, scenario_format); !outcome) return outcome;
   Scenario scenario = result;
@@ -236,13 +266,45 @@ inline Outcome read_scenario(const Json& document, Scenario& result) {
   return {};
 }
 
+namespace json {
+
+constexpr int deepest = 16;  // levels of a document
+
+// Refuses, while the text is parsed, what a document never has: a key that stands twice in an
+// object, and nesting so deep that it could only be meant to exhaust the stack.
+class Guard {
+ public:
+  bool operator()(int /*depth*/, Json::parse_event_t event, Json& parsed) {
+    using Event = Json::parse_event_t;
+    if (event == Event::object_start || event == Event::array_start) {
+      keys_.emplace_back();
+      if (keys_.size() > deepest) throw std::length_error("nested too deeply");
+    } else if (event == Event::object_end || event == Event::array_end) {
+      keys_.pop_back();
+    } else if (event == Event::key) {
+      const auto& key = parsed.get_ref<const std::string&>();
+      auto& seen = keys_.back();
+      if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+        throw std::length_error("the key " + key + " stands twice");
+      }
+      seen.push_back(key);
+    }
+    return true;
+  }
+
+ private:
+  std::vector<std::vector<std::string>> keys_;
+};
+
+}  // namespace json
+
 // Text to JSON. NaN, infinities, trailing text and bad UTF-8 are refused.
 inline Outcome parse_json(const std::string& text, Json& result) {
   try {
-    result = Json::parse(text);
-  } catch (const Json::parse_error& error) {
-    return {Status::not_a_choice, std::string("not valid JSON: ") + error.what()};
+    result = Json::parse(text, json::Guard());
   } catch (const Json::exception& error) {
+    return {Status::not_a_choice, std::string("not valid JSON: ") + error.what()};
+  } catch (const std::length_error& error) {
     return {Status::not_a_choice, error.what()};
   }
   return {};

@@ -54,6 +54,16 @@ inline void read(const Json& value, const Context& context, double& result) {
   result = number;
 }
 
+// Whether a whole number lies in a range whose ends are whole and belong to it.
+inline bool within(const Json& value, const Range& range) {
+  if (value.is_number_unsigned()) {
+    return range.high >= 0 &&
+           value.get<std::uint64_t>() <= static_cast<std::uint64_t>(range.high) &&
+           (range.low <= 0 || value.get<std::uint64_t>() >= static_cast<std::uint64_t>(range.low));
+  }
+  return range.contains(value.get<std::int64_t>());
+}
+
 // A whole number may be written 5 or 5.0.
 template <class Integer, std::enable_if_t<std::is_integral_v<Integer>, int> = 0>
 void read(const Json& value, const Context& context, Integer& result) {
@@ -63,8 +73,16 @@ void read(const Json& value, const Context& context, Integer& result) {
   } else {
     if (!value.is_number()) return context.wrong_type(value, "a whole number");
     const double number = value.get<double>();
-    if (!std::isfinite(number) || !context.range.contains(number)) {
-      return context.complain(refuse_number(context.path, number, context.range, context.unit));
+    // Beyond 2^53 neighbours share a double: there the number itself is compared.
+    const bool fits = value.is_number_float()
+                          ? std::isfinite(number) && context.range.contains(number)
+                          : within(value, context.range);
+    if (!fits) {
+      const std::string text =
+          std::isfinite(number) && !value.is_number_float() ? value.dump() : number_text(number);
+      Outcome complaint = refuse_number(context.path, number, context.range, context.unit);
+      complaint.message.replace(context.path.size() + 4, number_text(number).size(), text);
+      return context.complain(complaint);
     }
     if (number != std::floor(number)) return context.wrong_type(value, "a whole number");
     result = value.is_number_float() ? static_cast<Integer>(number) : value.get<Integer>();

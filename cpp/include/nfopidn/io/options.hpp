@@ -21,6 +21,11 @@ namespace words {
 inline Json number_or_text(std::string_view word) {
   double number = 0;
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  // Whole numbers beyond 2^53 are kept as they are: a double would round them.
+  std::int64_t whole = 0;
+  const auto digits = std::from_chars(word.data(), word.data() + word.size(), whole);
+  const bool is_whole = digits.ec == std::errc() && digits.ptr == word.data() + word.size();
+  if (is_whole && std::abs(whole) > (std::int64_t{1} << 53)) return whole;
   const auto result = std::from_chars(word.data(), word.data() + word.size(), number);
   if (result.ec != std::errc() || result.ptr != word.data() + word.size()) return std::string(word);
   return number;

@@ -23,6 +23,33 @@ inline std::string number_text(double value) {
   return {text, end.ptr};
 }
 
+// Text for one line of a terminal: control characters and bytes beyond ASCII that are no UTF-8
+// become \xNN.
+inline std::string printable(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    std::size_t length =
+        byte < 0x80 ? 1 : (byte >> 5 == 6 ? 2 : (byte >> 4 == 14 ? 3 : (byte >> 3 == 30 ? 4 : 0)));
+    for (std::size_t k = 1; k < length; ++k) {
+      const bool goes_on =
+          i + k < text.size() && (static_cast<unsigned char>(text[i + k]) >> 6) == 2;
+      if (!goes_on) length = 0;
+    }
+    if (length == 0 || byte < 0x20 || byte == 0x7F || byte == 0xC0 || byte == 0xC1) {
+      constexpr const char* digits = "0123456789abcdef";
+      result += "\\x";
+      result += digits[byte >> 4];
+      result += digits[byte & 15];
+      ++i;
+    } else {
+      result += text.substr(i, length);
+      i += length;
+    }
+  }
+  return result;
+}
+
 inline std::string range_text(const Range& range) {
   const bool low = std::isfinite(range.low);
   const bool high = std::isfinite(range.high);
@@ -43,7 +70,12 @@ inline Outcome refuse(Status status, const std::string& name, const std::string&
 
 inline Outcome refuse_number(const std::string& name, double value, const Range& range,
                              const char* unit = "") {
-  const std::string rule = range_text(range) + (*unit == '\0' ? "" : std::string(" ") + unit);
+  // Where the range alone would let infinity pass, say that it does not.
+  const bool open = !std::isfinite(range.low) || !std::isfinite(range.high);
+  const bool plain = !std::isfinite(range.low) && !std::isfinite(range.high);
+  const std::string finite = !std::isfinite(value) && open && !plain ? "finite and " : "";
+  const std::string rule =
+      finite + range_text(range) + (*unit == '\0' ? "" : std::string(" ") + unit);
   return refuse(std::isfinite(value) ? Status::out_of_range : Status::not_finite, name,
                 number_text(value), rule);
 }
