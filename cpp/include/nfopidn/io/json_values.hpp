@@ -26,8 +26,8 @@ struct Context {
   Context at(std::size_t index) const {
     return {path + "[" + std::to_string(index) + "]", range, unit, outcome};
   }
-  void complain(Outcome complaint) const {
-    if (outcome->status == Status::ok) *outcome = std::move(complaint);
+  void complain(const Outcome& complaint) const {
+    if (outcome->status == Status::ok) *outcome = complaint;
   }
   void wrong_type(const Json& value, const std::string& rule) const {
     std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
@@ -61,7 +61,9 @@ inline bool within(const Json& value, const Range& range) {
            value.get<std::uint64_t>() <= static_cast<std::uint64_t>(range.high) &&
            (range.low <= 0 || value.get<std::uint64_t>() >= static_cast<std::uint64_t>(range.low));
   }
-  return range.contains(value.get<std::int64_t>());
+  const auto number = value.get<std::int64_t>();
+  return number >= static_cast<std::int64_t>(range.low) &&
+         number <= static_cast<std::int64_t>(range.high);
 }
 
 // A whole number may be written 5 or 5.0.
