@@ -189,7 +189,8 @@ TEST(Decay, IsTheIntegralsOfTheExponential) {
             Real(time) * time * (0.5L - x / 6 + x * x / 24 - x * x * x / 120 + x * x * x * x / 720);
       }
       const Real left = std::exp(-x);
-      EXPECT_TRUE(near(decay.left, left, (2 + x) * 4e-16L * left + 3e-308L)) << rate << ", " << time;
+      EXPECT_TRUE(near(decay.left, left, (2 + x) * 4e-16L * left + 3e-308L))
+          << rate << ", " << time;
       EXPECT_TRUE(near(decay.phi, phi, 2e-15L * phi)) << rate << ", " << time;
       EXPECT_TRUE(near(decay.psi, psi, 4e-15L * psi)) << rate << ", " << time;
     }
