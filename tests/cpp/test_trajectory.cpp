@@ -247,7 +247,7 @@ TEST(NamedTrajectory, RefusesBadSettingsAndLeavesTheResult) {
   refuse(Status::out_of_range, [](S& s) { s.cusps = 0; });
   refuse(Status::not_a_choice, [](S& s) { s.name = Curve::samples; });
   refuse(Status::wrong_size, [](S& s) { s.dt = 100; });
-  refuse(Status::wrong_size, [](S& s) { s.dt = 1e-6; });
+  refuse(Status::wrong_size, [](S& s) { s.dt = 1.4e-5; });  // 10.7 million samples
 }
 
 }  // namespace

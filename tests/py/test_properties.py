@@ -121,8 +121,8 @@ def test_a_trajectory_is_consistent(path):
 
 
 @examples(60)
-@given(st.lists(numbers(-1e6, 1e6), min_size=9, max_size=9), controllers)
-def test_vectors_and_taps(gains, controller):
+@given(controllers)
+def test_vectors_and_taps(controller):
     vector = controller.to_vector()
     assert len(vector) in (11, 15)
     names = ["memory", "form", "allocation", "activation", "frame", "generator", "lateral"]
@@ -131,8 +131,8 @@ def test_vectors_and_taps(gains, controller):
     assert Controller.from_vector(vector, **structure) == controller
     assert controller.taps.shape == (3, controller.memory + 2)
     assert np.isfinite(controller.taps).all()
-    doubled = controller.replace(gains=np.array(controller.gains) / 2)
-    np.testing.assert_array_equal(doubled.taps * 2, controller.taps)
+    halved = controller.replace(gains=controller.gains / 2)
+    np.testing.assert_allclose(halved.taps * 2, controller.taps, rtol=1e-12, atol=1e-300)
 
 
 def on_a_path(x, y, **changes):
