@@ -71,7 +71,7 @@ TEST_F(Loop, AppliesEachTorqueForOneSample) {
     ASSERT_TRUE(same_bits(recorded.applied[k], player.torques[k])) << k;
     const Measurement<double> seen = {state.x, state.y, state.theta, state.v, state.omega};
     ASSERT_TRUE(same_bits(player.measured[k], seen)) << k;
-    plant.advance(state, math<double>::heading(state.theta), player.torques[k], calm);
+    plant.advance(state, math<double>::heading(state.theta), player.torques[k], &calm);
   }
   EXPECT_EQ(recorded.result.completed, 12);
 }
@@ -90,7 +90,7 @@ TEST_F(Loop, DelayShiftsTheAppliedTorques) {
       ASSERT_TRUE(same_bits(recorded.commanded[at], player.torques[at])) << delay << ", " << k;
       if (k > 0) {
         State<double> state = recorded.states[at - 1];
-        plant.advance(state, math<double>::heading(state.theta), recorded.applied[at - 1], calm);
+        plant.advance(state, math<double>::heading(state.theta), recorded.applied[at - 1], &calm);
         ASSERT_TRUE(same_bits(recorded.states[at], state)) << delay << ", " << k;
       }
     }
@@ -192,7 +192,7 @@ TEST_F(Loop, ADivergedRunCostsWhatTheDesignSays) {
   const Real missing = 12 - Real(completed);
   EXPECT_TRUE(near(recorded.result.cost, (sum + missing * Real(1.1) * 1.1) / 12, 1e-14L));
   State<double> next = recorded.states.back();
-  plant.advance(next, math<double>::heading(next.theta), player.torques[completed - 1], calm);
+  plant.advance(next, math<double>::heading(next.theta), player.torques[completed - 1], &calm);
   EXPECT_GT(std::hypot(0.5 - next.x, -0.2 - next.y), 1.1);
 }
 

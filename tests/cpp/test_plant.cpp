@@ -30,7 +30,7 @@ class EulerStep : public ::testing::Test {
   static State<Scalar> advanced(const Case& c, Scalar dt, int substeps) {
     const Plant<Scalar> plant(c.robot, c.friction, Integrator::semi_implicit_euler, dt, substeps);
     State<Scalar> state = c.state;
-    plant.advance(state, math<Scalar>::heading(state.theta), c.torque, c.outside);
+    plant.advance(state, math<Scalar>::heading(state.theta), c.torque, &c.outside);
     return state;
   }
   Draws draw{71};
@@ -170,7 +170,8 @@ TEST(ExactMotion, IsTheSameLawInFloat) {
   const Robot<float> robot = Robot<float>::eddie_datasheet();
   const Plant<float> plant(robot, {0.01F, 0.1F}, Integrator::exact, 0.2F, 1);
   State<float> state = {1, 2, 0.3F, 0.2F, -0.5F};
-  plant.advance(state, math<float>::heading(state.theta), {0.4F, -0.2F}, {0.5F, 0.1F});
+  const Disturbance<float> outside = {0.5F, 0.1F};
+  plant.advance(state, math<float>::heading(state.theta), {0.4F, -0.2F}, &outside);
   const Surroundings around{Robot<double>::eddie_datasheet(), {0.01, 0.1}, {0.4, -0.2}, {0.5, 0.1}};
   const State<double> expected = moved(around, Integrator::exact, 0.2, 1, {1, 2, 0.3, 0.2, -0.5});
   const State<double> actual = {state.x, state.y, state.theta, state.v, state.omega};

@@ -65,14 +65,15 @@ class Controller {
   // The limited total torque. Call once a sample.
   NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
       const Measurement<Scalar>& measured, const ReferenceSample<Base>& reference) noexcept {
-    return step(measured, reference, M::heading(measured.theta));
+    return step(world_errors(measured, reference), M::heading(measured.theta), reference);
   }
 
-  // The same, for a caller that already has the measured heading's cosine and sine.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
-                                                   const ReferenceSample<Base>& reference,
-                                                   const Heading<Scalar>& heading) noexcept {
-    Channels<Scalar> error = world_errors(measured, reference);
+  // The same, for a caller that already has the measured pose's errors in the world frame, and its
+  // heading's cosine and sine.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
+      const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
+      const ReferenceSample<Base>& reference) noexcept {
+    Channels<Scalar> error = world_error;
     if (frame_ == Frame::robot) error = rotate_into_robot(error, heading);
     feed_lateral(error.y, reference);
     const TorquePair<Scalar> neurons = allocate(filter_.step(error));
@@ -135,6 +136,9 @@ class Controller {
   }
 
   NFOPIDN_INLINE constexpr Scalar limited(const Scalar& torque) const {
+    if constexpr (M::has_order) {
+      if (torque <= limit_ && torque >= -limit_) return torque;
+    }
     return M::maximum(M::minimum(torque, Scalar(limit_)), Scalar(-limit_));
   }
 

@@ -93,15 +93,25 @@ class DelayLine {
   int next_ = 0;
 };
 
-// Whether the law takes the measured heading's cosine and sine, if the caller has them.
+// Cosines and sines of angles that change little from one to the next.
+template <class Scalar, bool = math<Scalar>::has_order>
+struct HeadingSeries {
+  NFOPIDN_INLINE Heading<Scalar> of(const Scalar& angle) { return math<Scalar>::heading(angle); }
+};
+template <class Scalar>
+struct HeadingSeries<Scalar, true> {
+  Scalar quarter = math<Scalar>::Constants::round_magic;
+  NFOPIDN_INLINE Heading<Scalar> of(Scalar angle) { return math<Scalar>::heading(angle, quarter); }
+};
+
+// Whether the law takes the measured pose's errors and heading, if the caller has them.
 template <class Law, class Scalar, class = void>
-constexpr bool takes_heading = false;
+constexpr bool takes_errors = false;
 template <class Law, class Scalar>
-constexpr bool takes_heading<
-    Law, Scalar,
-    std::void_t<decltype(std::declval<Law&>().step(std::declval<Measurement<Scalar>>(),
-                                                   std::declval<ReferenceSample<base_t<Scalar>>>(),
-                                                   std::declval<Heading<Scalar>>()))>> = true;
+constexpr bool takes_errors<Law, Scalar,
+                            std::void_t<decltype(std::declval<Law&>().step(
+                                std::declval<Channels<Scalar>>(), std::declval<Heading<Scalar>>(),
+                                std::declval<ReferenceSample<base_t<Scalar>>>()))>> = true;
 
 // Without noise the true and the measured pose are one, and its cosine and sine are computed once.
 template <bool noisy, class Scalar, class Law, class Observer>
@@ -111,6 +121,7 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
   using Base = base_t<Scalar>;
   CostMeter<Scalar> meter(inputs.divergence_distance);
   DelayLine<Scalar> delay(inputs.delay);
+  HeadingSeries<Scalar> headings;
   for (int k = 0; k < inputs.samples; ++k) {
     const ReferenceSample<Base>& reference = inputs.reference[k];
     const Measurement<Scalar> exact = {state.x, state.y, state.theta, state.v, state.omega};
@@ -122,24 +133,23 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
     }
     ReferenceSample<Base> shown = reference;
     if (!inputs.feedforward) shown.tau_left = shown.tau_right = Base(0);
-    const Heading<Scalar> heading = math<Scalar>::heading(state.theta);
+    const Heading<Scalar> heading = headings.of(state.theta);
+    const Channels<Scalar> error = world_errors(exact, reference);
     TorquePair<Scalar> torque;
-    if constexpr (takes_heading<Law, Scalar> && !noisy) {
-      torque = law.step(measured, shown, heading);
+    if constexpr (takes_errors<Law, Scalar> && !noisy) {
+      torque = law.step(error, heading, shown);
     } else {
       torque = law.step(measured, shown);
     }
-    const bool running = meter.add(world_errors(exact, reference), torque, reference);
+    const bool running = meter.add(error, torque, reference);
     if (!running) {
       meter.miss(inputs.samples - k - 1);
       return {meter.mean(inputs.samples), k};
     }
     const TorquePair<Scalar> applied = delay.pass(torque);
     observe(k, state, torque, applied);
-    Disturbance<Base> outside = {Base(0), Base(0)};
-    if (inputs.disturbance != nullptr) {
-      outside = inputs.disturbance[inputs.disturbance_by_sample ? k : 0];
-    }
+    const Disturbance<Base>* outside = inputs.disturbance;
+    if (outside != nullptr && inputs.disturbance_by_sample) outside += k;
     plant.advance(state, heading, applied, outside);
   }
   return {meter.mean(inputs.samples), inputs.samples};

@@ -33,22 +33,28 @@ class Plant {
         substeps_(substeps),
         has_friction_(friction.viscous != Base(0) || friction.coulomb != Base(0)) {}
 
-  // `heading` is that of state.theta. The exact integrator needs a Scalar with an order.
+  // `heading` is that of state.theta; `outside` may be null. The exact integrator needs a Scalar
+  // with an order.
   template <class Scalar>
   NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
                                         const TorquePair<Scalar>& torque,
-                                        const Disturbance<Base>& outside) const {
+                                        const Disturbance<Base>* outside = nullptr) const {
     if (integrator_ == Integrator::semi_implicit_euler) {
       euler(state, heading, torque, outside);
       for (int i = 1; i < substeps_; ++i) {
         euler(state, math<Scalar>::heading(state.theta), torque, outside);
       }
     } else if constexpr (math<Scalar>::has_order) {
-      const Scalar linear = acceleration_.linear(torque, outside);
-      const Scalar angular = acceleration_.angular(torque, outside);
+      const Disturbance<Base> calm = {Base(0), Base(0)};
+      const Disturbance<Base>& acting = outside != nullptr ? *outside : calm;
+      const Scalar linear = acceleration_.linear(torque, acting);
+      const Scalar angular = acceleration_.angular(torque, acting);
+      // Moved in a copy: the caller's state never leaves its registers.
+      State<Scalar> moved = state;
       for (int i = 0; i < substeps_; ++i) {
-        exact_motion(acceleration_, friction_, step_, linear, angular, state);
+        exact_motion(acceleration_, friction_, step_, linear, angular, moved);
       }
+      state = moved;
     }
   }
 
@@ -56,15 +62,35 @@ class Plant {
   template <class Scalar>
   NFOPIDN_INLINE constexpr void euler(State<Scalar>& state, const Heading<Scalar>& heading,
                                       const TorquePair<Scalar>& torque,
-                                      const Disturbance<Base>& outside) const {
-    state.v = (state.v + outside.force * force_gain_) + (torque.left + torque.right) * drive_gain_;
-    state.omega =
-        (state.omega + outside.moment * moment_gain_) + (torque.left - torque.right) * steer_gain_;
-    if (has_friction_) rub(state);
-    const Scalar distance = state.v * step_;
-    state.x = state.x + distance * heading.cosine;
-    state.y = state.y + distance * heading.sine;
-    state.theta = state.theta + state.omega * math<Scalar>::base_from_radians(step_);
+                                      const Disturbance<Base>* outside) const {
+    const Scalar sum = torque.left + torque.right;
+    const Scalar difference = torque.left - torque.right;
+    if (outside != nullptr) {
+      state.v = state.v + outside->force * force_gain_;
+      state.omega = state.omega + outside->moment * moment_gain_;
+    }
+    const Base turned = math<Scalar>::base_from_radians(step_);
+    if (has_friction_) {
+      State<Scalar> rubbed = state;
+      rubbed.v = state.v + sum * drive_gain_;
+      rubbed.omega = state.omega + difference * steer_gain_;
+      rub(rubbed);
+      const Scalar distance = rubbed.v * step_;
+      state.x = state.x + distance * heading.cosine;
+      state.y = state.y + distance * heading.sine;
+      state.theta = state.theta + rubbed.omega * turned;
+      state.v = rubbed.v;
+      state.omega = rubbed.omega;
+      return;
+    }
+    // As above, with what is known before the torque summed first: it is known last.
+    const Scalar coasted = state.v * step_;
+    const Base push = drive_gain_ * step_;
+    state.x = (state.x + coasted * heading.cosine) + sum * (heading.cosine * push);
+    state.y = (state.y + coasted * heading.sine) + sum * (heading.sine * push);
+    state.theta = (state.theta + state.omega * turned) + difference * (steer_gain_ * turned);
+    state.v = state.v + sum * drive_gain_;
+    state.omega = state.omega + difference * steer_gain_;
   }
 
   // Implicit in both kinds of friction, so that no step size makes it unstable or chatter.
