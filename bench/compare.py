@@ -1,7 +1,8 @@
 """The closed loop of the C++ core beside the same loop in Python, NumPy and numba.
 
 Rounds alternate between the rivals, so that a slow moment of the machine strikes all of them; the
-best of each counts. A measurement takes about 10 ms of any rival, the NumPy loop's 20 ms or more. The core's time is that of build/bench/bench/bench_loop.
+best of each counts. A measurement takes about 10 ms of any rival, the NumPy loop's 20 ms or more.
+The core's time is that of build/bench/bench/bench_loop.
 """
 
 import json
