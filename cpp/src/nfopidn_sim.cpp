@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "nfopidn/io/options.hpp"
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/tune.hpp"
 
 namespace {
 
@@ -15,7 +15,10 @@ constexpr int exit_diverged = 3;
 
 struct Arguments {
   Words trajectory, robot, scenario, controller;
-  std::string scenario_file, controller_file, out, save_scenario, save_controller;
+  std::string scenario_file, controller_file, out, save_scenario, save_controller, structure;
+  std::int64_t maxfev = 10000;
+  std::uint64_t tune_seed = 0;
+  bool tune = false;
   bool json = false;
   bool quiet = false;
 };
@@ -93,6 +96,21 @@ void declare(CLI::App& app, Arguments& arguments) {
   add_file(app, "--out", arguments.out, "write the run table here (CSV)");
   add_file(app, "--save-scenario", arguments.save_scenario, "write the scenario here (JSON)");
   add_file(app, "--save-controller", arguments.save_controller, "write the controller here (JSON)");
+  app.add_flag("--tune", arguments.tune,
+               "search for the gains and orders of least cost (bfoa+) and run those")
+      ->group("Tuning");
+  app.add_option("--structure", arguments.structure,
+                 "what is tuned: paper, decoupled, incremental, extended, taps (default paper)")
+      ->group("Tuning")
+      ->type_name("NAME");
+  app.add_option("--maxfev", arguments.maxfev, "evaluations of the cost (default 10000)")
+      ->group("Tuning")
+      ->type_name("N")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53));
+  app.add_option("--tune-seed", arguments.tune_seed, "seed of the search (default 0)")
+      ->group("Tuning")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));
   app.add_flag("--json", arguments.json, "print the metrics as one JSON object, nothing else");
   app.add_flag("--quiet", arguments.quiet, "print nothing");
   app.set_version_flag("--version", std::string("nfopidn_sim ") + NFOPIDN_VERSION);
@@ -176,13 +194,64 @@ Outcome build_scenario(const Arguments& arguments, Scenario& scenario) {
   return explain_consistency(scenario);
 }
 
-Outcome build_controller(const Arguments& arguments, ControllerSettings<double>& settings) {
+Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
+  if (!arguments.structure.empty()) {
+    StructureName name{};
+    Outcome outcome;
+    json::read(arguments.structure, json::Context{"structure", {}, "", &outcome}, name);
+    if (!outcome) return outcome;
+    design = ControllerDesign(named_structure(name).settings);
+  }
   if (!arguments.controller_file.empty()) {
-    Outcome outcome = load_controller(arguments.controller_file, settings);
+    Outcome outcome = load_controller(arguments.controller_file, design);
     if (!outcome) return outcome;
   }
+  if (!design.taps.empty()) {
+    for (const char* key : {"gains", "alpha", "sigma", "generator", "memory"}) {
+      if (arguments.controller.count(key) == 0) continue;
+      return {Status::inconsistent,
+              std::string(key) + " does not apply to a controller of free taps"};
+    }
+  }
+  ControllerSettings<double>& settings = design;
   return read_settings(words_to_json<ControllerSettings<double>>(arguments.controller), "",
                        settings);
+}
+
+// Which of the controller's numbers --tune searches for.
+Structure structure_to_tune(const Arguments& arguments, const ControllerDesign& design) {
+  Structure structure = {design, ParameterSet::shared_orders};
+  const bool own_orders = design.alpha[0] != design.alpha[1] ||
+                          design.alpha[1] != design.alpha[2] ||
+                          design.sigma[0] != design.sigma[1] || design.sigma[1] != design.sigma[2];
+  if (own_orders || arguments.structure == "extended") {
+    structure.parameters = ParameterSet::orders_by_channel;
+  }
+  if (!design.taps.empty() || arguments.structure == "taps") {
+    structure.parameters = ParameterSet::taps;
+  }
+  return structure;
+}
+
+// Searches from the design, if a file gave one; shows its progress in a terminal.
+void tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
+  const Structure structure = structure_to_tune(arguments, design);
+  TuningTask task;
+  task.scenarios = {&scenario};
+  task.structure = structure;
+  task.evaluations = arguments.maxfev;
+  task.seed = arguments.tune_seed;
+  if (!arguments.controller_file.empty()) task.start = parameters_of(structure, design);
+  const bool shown = !arguments.quiet && ::isatty(STDERR_FILENO) != 0;
+  const SearchResult found = run_tuning(task, [&](const SearchResult& so_far) {
+    if (shown) {
+      std::fprintf(stderr, "\rtuning: %lld evaluations, cost %.6g ",
+                   static_cast<long long>(so_far.evaluations), so_far.cost);
+    }
+    return true;
+  });
+  if (shown) std::fputc('\n', stderr);
+  design = design_of(structure, std::vector<double>(found.x.begin(), found.x.end()));
 }
 
 Json metrics_json(const SimulationResult& result) {
@@ -233,9 +302,9 @@ Outcome print(const std::string& text) {
 
 int run(const Arguments& arguments) {
   Scenario scenario;
-  ControllerSettings<double> settings;
+  ControllerDesign design;
   if (Outcome outcome = build_scenario(arguments, scenario); !outcome) return fail(outcome);
-  if (Outcome outcome = build_controller(arguments, settings); !outcome) return fail(outcome);
+  if (Outcome outcome = build_controller(arguments, design); !outcome) return fail(outcome);
   // Whether the files can be written shows before the run, not after.
   OutputFile table, scenario_file, controller_file;
   const std::pair<const std::string*, OutputFile*> files[] = {
@@ -250,10 +319,11 @@ int run(const Arguments& arguments) {
     }
     if (Outcome outcome = file->open(*path); !outcome) return fail(outcome);
   }
-  const SimulationResult result = simulate(scenario, settings);
+  if (arguments.tune) tune_design(arguments, scenario, design);
+  const SimulationResult result = simulate(scenario, design);
   const std::string contents[] = {run_table_csv(result.table),
                                   document_text(write_scenario(scenario)),
-                                  document_text(write_controller(settings))};
+                                  document_text(write_controller(design))};
   for (std::size_t i = 0; i < 3; ++i) {
     if (files[i].first->empty()) continue;
     if (Outcome outcome = files[i].second->commit(contents[i]); !outcome) return fail(outcome);

@@ -10,14 +10,22 @@ from nfopidn._core import (
     __version__,
     simulate,
 )
+from nfopidn._search import Forager, OptimizeResult, bfoa
+from nfopidn._tuning import TuneResult, default_bounds, tune
 
 __all__ = [
     "Controller",
+    "Forager",
+    "OptimizeResult",
     "Robot",
     "Scenario",
     "SimulationResult",
     "Trajectory",
+    "TuneResult",
     "__version__",
+    "bfoa",
+    "default_bounds",
     "plot",
     "simulate",
+    "tune",
 ]

@@ -58,6 +58,7 @@ class BfoaPlus {
       search_.note(0, 0, j, cells_, costs_, steps_.mean());
     }
     if (!search_.done()) finish();
+    search_.spend();
   }
 
  private:
@@ -87,6 +88,7 @@ class BfoaPlus {
         points(i, k) = k % 2 == 0 ? u : u * u * u;
       }
     }
+    if (search_.start.size() != 0) surround(search_.box().to_unit(search_.start), points);
     const Eigen::VectorXd costs = search_.evaluate(points);
     const std::vector<Eigen::Index> order = ranking(costs);
     const Eigen::Index cells = std::min<Eigen::Index>(options_.cells, count);
@@ -99,6 +101,14 @@ class BfoaPlus {
     steps_ = Eigen::VectorXd::Constant(cells, options_.step);
     headings_ = Points::Zero(p, cells);
     swimming_.assign(static_cast<std::size_t>(cells), 0);
+  }
+
+  // A known point takes the place of the first, and sparse steps from it that of every second.
+  void surround(const Point& known, Points& points) {
+    points.col(0) = known;
+    for (Eigen::Index k = 2; k < points.cols(); k += 2) {
+      points.col(k) = clip_to_box(known + sparse(options_.step));
+    }
   }
 
   // One chemotactic step of every cell.

@@ -101,10 +101,13 @@ class Controller {
 
   // Eqs. 31-33: the neurons' outputs, shared out to the wheels.
   NFOPIDN_INLINE constexpr TorquePair<Scalar> allocate(const Channels<Scalar>& net) const {
-    const bool neuron = activation_ == Activation::sigmoid;
-    const Scalar x = neuron ? M::sigmoid(net.x) : M::identity(net.x);
-    const Scalar y = neuron ? M::sigmoid(net.y) : M::identity(net.y);
-    const Scalar theta = neuron ? M::sigmoid(net.theta) : M::identity(net.theta);
+    Channels<Scalar> output = net;
+    if (activation_ == Activation::sigmoid) {
+      M::sigmoids(output);
+    } else {
+      output = {M::identity(net.x), M::identity(net.y), M::identity(net.theta)};
+    }
+    const auto& [x, y, theta] = output;
     switch (allocation_kind_) {
       case AllocationKind::paper:
         return {y + theta, x + y};
@@ -114,7 +117,7 @@ class Controller {
         break;
     }
     const auto row = [&](const Base* share) {
-      return x * share[0] + (y * share[1] + theta * share[2]);
+      return output.x * share[0] + (output.y * share[1] + output.theta * share[2]);
     };
     return {row(allocation_.matrix[0]), row(allocation_.matrix[1])};
   }

@@ -61,6 +61,7 @@ struct Dual {
     return a.value > b.value;
   }
   NFOPIDN_INLINE friend constexpr auto operator<=(const Dual& a, Base b) { return a.value <= b; }
+  NFOPIDN_INLINE friend constexpr auto operator>=(const Dual& a, Base b) { return a.value >= b; }
   NFOPIDN_INLINE friend constexpr auto operator==(const Dual& a, const Dual& b) {
     return a.value == b.value;
   }
@@ -85,9 +86,18 @@ struct math<Dual<Part>> {
   NFOPIDN_INLINE static Scalar wrap(const Scalar& angle) {
     return {P::wrap(angle.value), angle.slope};
   }
-  NFOPIDN_INLINE static Scalar sigmoid(const Scalar& net) {
-    const Part out = P::sigmoid(net.value);
-    return {out, (Base(1) - out * out) * net.slope * (Base(0.5) / net_scale)};
+  template <class Three>
+  NFOPIDN_INLINE static void sigmoids(Three& net) {
+    struct {
+      Part x, y, theta;
+    } out = {net.x.value, net.y.value, net.theta.value};
+    P::sigmoids(out);
+    const auto chain = [](Scalar& channel, const Part& output) {
+      channel = {output, (Base(1) - output * output) * channel.slope * (Base(0.5) / net_scale)};
+    };
+    chain(net.x, out.x);
+    chain(net.y, out.y);
+    chain(net.theta, out.theta);
   }
   NFOPIDN_INLINE static Scalar identity(const Scalar& net) {
     return {P::identity(net.value), P::identity(net.slope)};

@@ -1,6 +1,7 @@
 // L2. The closed loop: control, cost and motion, sample by sample.
 #pragma once
 
+#include <type_traits>
 #include <utility>
 
 #include "nfopidn/controller.hpp"
@@ -94,7 +95,7 @@ class DelayLine {
 };
 
 // Cosines and sines of angles that change little from one to the next.
-template <class Scalar, bool = math<Scalar>::has_order>
+template <class Scalar, bool = std::is_floating_point_v<Scalar>>
 struct HeadingSeries {
   NFOPIDN_INLINE Heading<Scalar> of(const Scalar& angle) { return math<Scalar>::heading(angle); }
 };

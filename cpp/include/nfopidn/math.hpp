@@ -214,6 +214,14 @@ struct math {
     return (above - below) / (above + below);
   }
 
+  // The same for each of three channels.
+  template <class Three>
+  NFOPIDN_INLINE static void sigmoids(Three& net) {
+    net.x = sigmoid(net.x);
+    net.y = sigmoid(net.y);
+    net.theta = sigmoid(net.theta);
+  }
+
   static constexpr Scalar identity(Scalar net) { return net; }
   static constexpr Base value(Scalar scalar) { return scalar; }
 

@@ -1,6 +1,8 @@
 // L1. One sample of the robot's motion under constant torques, by either integrator.
 #pragma once
 
+#include <type_traits>
+
 #include "nfopidn/exact_motion.hpp"
 #include "nfopidn/friction.hpp"
 
@@ -69,28 +71,32 @@ class Plant {
       state.v = state.v + outside->force * force_gain_;
       state.omega = state.omega + outside->moment * moment_gain_;
     }
-    const Base turned = math<Scalar>::base_from_radians(step_);
-    if (has_friction_) {
-      State<Scalar> rubbed = state;
-      rubbed.v = state.v + sum * drive_gain_;
-      rubbed.omega = state.omega + difference * steer_gain_;
-      rub(rubbed);
-      const Scalar distance = rubbed.v * step_;
-      state.x = state.x + distance * heading.cosine;
-      state.y = state.y + distance * heading.sine;
-      state.theta = state.theta + rubbed.omega * turned;
-      state.v = rubbed.v;
-      state.omega = rubbed.omega;
-      return;
-    }
-    // As above, with what is known before the torque summed first: it is known last.
-    const Scalar coasted = state.v * step_;
-    const Base push = drive_gain_ * step_;
-    state.x = (state.x + coasted * heading.cosine) + sum * (heading.cosine * push);
-    state.y = (state.y + coasted * heading.sine) + sum * (heading.sine * push);
-    state.theta = (state.theta + state.omega * turned) + difference * (steer_gain_ * turned);
+    const State<Scalar> before = state;
     state.v = state.v + sum * drive_gain_;
     state.omega = state.omega + difference * steer_gain_;
+    const Base turned = math<Scalar>::base_from_radians(step_);
+    if constexpr (std::is_floating_point_v<Scalar>) {
+      if (!has_friction_) {
+        // The sums below with what is known before the torque summed first: it is known last, and
+        // everything waits for it. Many lanes at once have no waiting to shorten.
+        const Scalar coasted = before.v * step_;
+        const Base push = drive_gain_ * step_;
+        state.x = (state.x + coasted * heading.cosine) + sum * (heading.cosine * push);
+        state.y = (state.y + coasted * heading.sine) + sum * (heading.sine * push);
+        state.theta = (state.theta + before.omega * turned) + difference * (steer_gain_ * turned);
+        return;
+      }
+    }
+    if (has_friction_) {
+      State<Scalar> rubbed = state;
+      rub(rubbed);
+      state.v = rubbed.v;
+      state.omega = rubbed.omega;
+    }
+    const Scalar distance = state.v * step_;
+    state.x = state.x + distance * heading.cosine;
+    state.y = state.y + distance * heading.sine;
+    state.theta = state.theta + state.omega * turned;
   }
 
   // Implicit in both kinds of friction, so that no step size makes it unstable or chatter.

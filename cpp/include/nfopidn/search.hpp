@@ -116,11 +116,14 @@ class Search {
 
   Random random;
   SearchResult result;
+  // A point known to be good, in the objective's own units; empty if there is none.
+  Point start;
 
   // What the objective has answered so far. Given to resume() of a search with the same settings,
   // it brings that search to the same place without asking the objective again.
   const std::vector<double>& record() const { return record_; }
   void resume(std::vector<double> record) { replay_ = std::move(record); }
+  bool is_replaying() const { return record_.size() < replay_.size(); }
   void set_callback(Callback callback) { callback_ = std::move(callback); }
   // The objective's answers before now took this long [s], in an earlier process.
   void add_elapsed(double seconds) { earlier_ = seconds; }
@@ -186,6 +189,11 @@ class Search {
     slopes =
         Eigen::Map<const Point>(reply.data() + 1, dimension()).cwiseProduct(box_.stretch(unit));
     return slopes.allFinite();
+  }
+
+  // Ends a search whose strategy would go on for as long as the budget lasts.
+  void spend() {
+    if (left() <= 0) stop(StopReason::evaluations);
   }
 
   // Ends a chemotactic step.

@@ -1,6 +1,7 @@
 // L3. Runs a scenario under a controller.
 #pragma once
 
+#include "nfopidn/controller_design.hpp"
 #include "nfopidn/metrics.hpp"
 
 namespace nfopidn {
@@ -47,10 +48,14 @@ constexpr int host_slack = 57;  // spare history of a host-side filter: its shif
 
 // Calls `use` with a controller whose filter fits the settings' memory: short ones are unrolled.
 template <class Use>
-decltype(auto) with_controller(const ControllerSettings<double>& settings,
+decltype(auto) with_controller(const ControllerDesign& settings,
                                const ControlLimits<double>& limits, Use&& use) {
   const auto apply = [&](auto&& law) {
     law.configure(settings, limits);
+    if (!settings.taps.empty()) {
+      law.set_taps(settings.channel_taps(0), settings.channel_taps(1), settings.channel_taps(2),
+                   settings.memory + 2);
+    }
     return use(law);
   };
   if (settings.memory <= 5) return apply(Controller<double, Fir<double, 7, detail::host_slack>>());
@@ -59,14 +64,13 @@ decltype(auto) with_controller(const ControllerSettings<double>& settings,
 }
 
 // The whole run, recorded. Scenario and settings must be valid.
-inline SimulationResult simulate(const Scenario& scenario,
-                                 const ControllerSettings<double>& settings) {
+inline SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings) {
   const PreparedRun run = prepare(scenario);
   return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
 }
 
 // The cost alone (eq. 41), without recording.
-inline double evaluate(const PreparedRun& run, const ControllerSettings<double>& settings) {
+inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
   return with_controller(settings, run.limits, [&](auto& law) {
     law.reset();
     return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})

@@ -10,8 +10,9 @@ namespace nfopidn {
 
 // Spare history of a lanes' filter: enough to make its shift rare, little enough for the cache.
 constexpr int lane_slack = 9;
+constexpr int small_capacity = 7;  // memory 5, the paper's
 
-template <class Scalar, int capacity>
+template <bool noisy, class Scalar, int capacity>
 inline LoopResult<Scalar> run_law(const BatchJob& job,
                                   const Scalar (&taps)[channel_count][capacity]) {
   Controller<Scalar, Fir<Scalar, capacity, lane_slack>> law;
@@ -21,11 +22,11 @@ inline LoopResult<Scalar> run_law(const BatchJob& job,
                                Scalar(job.start->v), Scalar(job.start->omega)};
   const auto ignore = [](int, const State<Scalar>&, const TorquePair<Scalar>&,
                          const TorquePair<Scalar>&) {};
-  return run_closed_loop<Scalar>(*job.plant, law, start, *job.inputs, ignore);
+  return detail::run_loop<noisy, Scalar>(*job.plant, law, start, *job.inputs, ignore);
 }
 
 // Runs the candidates first .. first + Wide::size - 1; past the last one, the last one again.
-template <class Wide, int capacity>
+template <class Wide, int capacity, bool noisy>
 inline void run_lanes(const BatchJob& job, int first) {
   Wide taps[channel_count][capacity];
   for (int lane = 0; lane < Wide::size; ++lane) {
@@ -37,14 +38,14 @@ inline void run_lanes(const BatchJob& job, int first) {
       }
     }
   }
-  const LoopResult<Wide> result = run_law<Wide, capacity>(job, taps);
+  const LoopResult<Wide> result = run_law<noisy>(job, taps);
   for (int lane = 0; lane < Wide::size && first + lane < job.candidates; ++lane) {
     job.costs[first + lane] = result.cost.get(lane);
   }
 }
 
 // The cost and its slopes in the directions first .. first + Wide::size - 1.
-template <class Wide, int capacity>
+template <class Wide, int capacity, bool noisy>
 inline void run_dual(const GradientJob& gradient, int first) {
   using Scalar = Dual<Wide>;
   const BatchJob& job = gradient.batch;
@@ -61,7 +62,7 @@ inline void run_dual(const GradientJob& gradient, int first) {
       }
     }
   }
-  const LoopResult<Scalar> result = run_law<Scalar, capacity>(job, taps);
+  const LoopResult<Scalar> result = run_law<noisy>(job, taps);
   job.costs[0] = result.cost.value.get(0);
   for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
     gradient.gradient[first + lane] = result.cost.slope.get(lane);
@@ -69,37 +70,43 @@ inline void run_dual(const GradientJob& gradient, int first) {
 }
 
 // All candidates; narrower blocks for what is left at the end.
-template <class Wide, class Narrow, int capacity>
+template <class Wide, class Narrow, int capacity, bool noisy>
 inline void run_blocks(const BatchJob& job) {
   int first = 0;
   for (; job.candidates - first > Wide::size - Narrow::size; first += Wide::size) {
-    run_lanes<Wide, capacity>(job, first);
+    run_lanes<Wide, capacity, noisy>(job, first);
   }
-  for (; first < job.candidates; first += Narrow::size) run_lanes<Narrow, capacity>(job, first);
+  for (; first < job.candidates; first += Narrow::size) {
+    run_lanes<Narrow, capacity, noisy>(job, first);
+  }
 }
 
-// Calls use(capacity) with the smallest filter that holds the taps.
+// Calls use(capacity, noisy). Each pair is compiled for each instruction set, so there are few: the
+// paper's memory, and all else.
 template <class Use>
-inline void with_capacity(int tap_count, const Use& use) {
-  if (tap_count <= 7) {
-    use(std::integral_constant<int, 7>());
-  } else if (tap_count <= 10) {
-    use(std::integral_constant<int, 10>());
+inline void with_loop(const BatchJob& job, const Use& use) {
+  if (job.inputs->noise != nullptr) {
+    use(std::integral_constant<int, batch_capacity>(), std::true_type());
+  } else if (job.tap_count > small_capacity) {
+    use(std::integral_constant<int, batch_capacity>(), std::false_type());
   } else {
-    use(std::integral_constant<int, batch_capacity>());
+    use(std::integral_constant<int, small_capacity>(), std::false_type());
   }
 }
 
 template <class Wide, class Narrow>
 inline void run_batch(const BatchJob& job) {
-  with_capacity(job.tap_count, [&](auto capacity) { run_blocks<Wide, Narrow, capacity()>(job); });
+  with_loop(job, [&](auto capacity, auto noisy) {
+    using Last = std::conditional_t<capacity() == small_capacity, Narrow, Wide>;
+    run_blocks<Wide, Last, capacity(), noisy()>(job);
+  });
 }
 
 template <class Wide>
 inline void run_gradient(const GradientJob& job) {
-  with_capacity(job.batch.tap_count, [&](auto capacity) {
+  with_loop(job.batch, [&](auto capacity, auto noisy) {
     for (int first = 0; first < job.directions; first += Wide::size) {
-      run_dual<Wide, capacity()>(job, first);
+      run_dual<Wide, capacity(), noisy()>(job, first);
     }
   });
 }

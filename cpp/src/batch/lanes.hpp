@@ -175,16 +175,28 @@ struct math<Lanes<width, count>> {
   }
 
   NFOPIDN_INLINE static Heading<Scalar> heading(const Scalar& angle) {
+    Real shifted[count], r[count], square[count], s[count], c[count];
+    for (int i = 0; i < count; ++i) shifted[i] = angle.part[i] + magic;
+    for (int i = 0; i < count; ++i) r[i] = angle.part[i] - (shifted[i] - magic);
+    for (int i = 0; i < count; ++i) square[i] = r[i] * r[i];
+    constexpr int terms = sizeof half_sine / sizeof *half_sine;
+    for (int i = 0; i < count; ++i) {
+      s[i] = square[i] * half_sine[terms - 1] + half_sine[terms - 2];
+      c[i] = square[i] * half_cosine[terms - 1] + half_cosine[terms - 2];
+    }
+    for (int term = terms - 3; term >= 0; --term) {
+      for (int i = 0; i < count; ++i) {
+        s[i] = s[i] * square[i] + half_sine[term];
+        c[i] = c[i] * square[i] + half_cosine[term];
+      }
+    }
     Heading<Scalar> result;
     for (int i = 0; i < count; ++i) {
-      const Real shifted = angle.part[i] + magic;
-      const Real r = angle.part[i] - (shifted - magic);
-      const Real square = r * r;
-      const Real s = r * horner(square, half_sine);
-      const Real c = horner(square, half_cosine);
-      const Bits sign = reinterpret_cast<Bits>(shifted) << 63;  // an odd number of half turns
-      result.sine.part[i] = reinterpret_cast<Real>(reinterpret_cast<Bits>(s * c) ^ sign);
-      result.cosine.part[i] = reinterpret_cast<Real>(reinterpret_cast<Bits>(1.0 - s * s) ^ sign);
+      s[i] = s[i] * r[i];
+      const Bits sign = reinterpret_cast<Bits>(shifted[i]) << 63;  // an odd number of half turns
+      result.sine.part[i] = reinterpret_cast<Real>(reinterpret_cast<Bits>(s[i] * c[i]) ^ sign);
+      result.cosine.part[i] =
+          reinterpret_cast<Real>(reinterpret_cast<Bits>(1.0 - s[i] * s[i]) ^ sign);
     }
     return result;
   }
@@ -194,24 +206,47 @@ struct math<Lanes<width, count>> {
     return angle - ((angle + magic_even) - magic_even);
   }
 
-  NFOPIDN_INLINE static Scalar sigmoid(const Scalar& net) {
+  // All channels together, a stage after the other: nine or so independent chains hide each other's
+  // waiting.
+  template <class Three>
+  NFOPIDN_INLINE static void sigmoids(Three& net) {
     using Constants = kernel::Coefficients<double>;
     constexpr Base saturation = 60;
-    Scalar result;
-    for (int i = 0; i < count; ++i) {
-      const Real power = clip(net.part[i], saturation);
+    constexpr int chains = 3 * count;
+    Real f[chains], square[chains], odd[chains], even[chains];
+    Bits exponent[chains];
+    Scalar* const channels[] = {&net.x, &net.y, &net.theta};
+    for (int i = 0; i < chains; ++i) {
+      const Real power = clip(channels[i / count]->part[i % count], saturation);
       const Real shifted = power + magic;
-      const Real f = power - (shifted - magic);
-      const Real square = f * f;
-      const Real odd = f * horner(square, Constants::exponential_q);
-      const Real even =
-          (square + Constants::exponential_p[1]) * square + Constants::exponential_p[0];
-      const Bits exponent = reinterpret_cast<Bits>(shifted) << 52;
-      const Real above = reinterpret_cast<Real>(reinterpret_cast<Bits>(even + odd) + exponent);
-      const Real below = even - odd;
-      result.part[i] = (above - below) / (above + below);
+      f[i] = power - (shifted - magic);
+      exponent[i] = reinterpret_cast<Bits>(shifted) << 52;
     }
-    return result;
+    for (int i = 0; i < chains; ++i) square[i] = f[i] * f[i];
+    for (int i = 0; i < chains; ++i) odd[i] = horner(square[i], Constants::exponential_q) * f[i];
+    for (int i = 0; i < chains; ++i) {
+      even[i] = (square[i] + Constants::exponential_p[1]) * square[i] + Constants::exponential_p[0];
+    }
+    Real numerator[chains], denominator[chains];
+    for (int i = 0; i < chains; ++i) {
+      const Real above =
+          reinterpret_cast<Real>(reinterpret_cast<Bits>(even[i] + odd[i]) + exponent[i]);
+      const Real below = even[i] - odd[i];
+      numerator[i] = above - below;
+      denominator[i] = above + below;
+    }
+    // One division for the three.
+    for (int i = 0; i < count; ++i) {
+      const Real& x = denominator[i];
+      const Real& y = denominator[count + i];
+      const Real& theta = denominator[2 * count + i];
+      const Real pair = x * y;
+      const Real all = 1.0 / (pair * theta);
+      const Real pair_inverse = all * theta;
+      net.x.part[i] = numerator[i] * (pair_inverse * y);
+      net.y.part[i] = numerator[count + i] * (pair_inverse * x);
+      net.theta.part[i] = numerator[2 * count + i] * (all * pair);
+    }
   }
 
   NFOPIDN_INLINE static Scalar identity(const Scalar& net) { return net * (1 / net_scale); }

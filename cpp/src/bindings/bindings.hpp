@@ -13,17 +13,17 @@ using RuntimeController = Controller<double, Fir<double, maximum_memory + 2, max
 
 // A controller's settings, and the law at work once step() is called.
 struct PyController {
-  ControllerSettings<double> settings;
+  ControllerDesign settings;
   std::unique_ptr<RuntimeController> running;
   double torque_limit = 0;
 
   PyController() = default;
-  explicit PyController(const ControllerSettings<double>& given) : settings(given) {}
+  explicit PyController(const ControllerDesign& given) : settings(given) {}
 };
 
 struct PyResult {
   Scenario scenario;
-  ControllerSettings<double> settings;
+  ControllerDesign settings;
   SimulationResult result;
 };
 
@@ -32,6 +32,7 @@ void bind_trajectory(py::module_& module);
 void bind_scenario(py::module_& module);
 void bind_controller(py::module_& module);
 void bind_simulation(py::module_& module);
+void bind_tuning(py::module_& module);
 
 // Copying and comparing by the JSON that describes the object completely.
 template <class Object, class Class, class Write, class Read>

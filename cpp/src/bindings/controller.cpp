@@ -1,5 +1,6 @@
 // Controller.
 #include "bindings.hpp"
+#include "nfopidn/structures.hpp"
 
 namespace nfopidn::python {
 
@@ -8,14 +9,29 @@ namespace {
 using Settings = ControllerSettings<double>;
 
 PyController read_py_controller(const Json& document) {
-  Settings settings;
-  check("Controller", read_controller(document, settings));
-  return PyController(settings);
+  ControllerDesign design;
+  check("Controller", read_controller(document, design));
+  return PyController(design);
 }
 
-Settings changed(const std::string& callable, Settings settings, const py::dict& arguments) {
+ControllerDesign changed(const std::string& callable, ControllerDesign design,
+                         const py::dict& arguments) {
+  Settings& settings = design;
   check(callable, read_settings(to_json(arguments), "", settings));
-  return settings;
+  if (!design.taps.empty()) {
+    for (const char* name : {"gains", "alpha", "sigma", "generator", "memory"}) {
+      if (!arguments.contains(name)) continue;
+      raise(callable, {Status::inconsistent,
+                       std::string(name) + " does not apply to a controller of free taps"});
+    }
+  }
+  return design;
+}
+
+// Free taps have neither gains nor orders.
+py::object unless_free(const PyController& self, const char* name) {
+  if (!self.settings.taps.empty()) return py::none();
+  return field_value<Settings>(self.settings, name);
 }
 
 // The names of settings, but for those given otherwise.
@@ -43,10 +59,11 @@ bool shared_orders(const Settings& s) {
          s.sigma[1] == s.sigma[2];
 }
 
-// The 11-vector of the paper, or the 15-vector with an order pair a channel.
+// The 11-vector of the paper, the 15-vector with an order pair a channel, or free taps.
 py::array to_vector(const PyController& self) {
   const Settings& s = self.settings;
-  std::vector<double> x;
+  std::vector<double> x = self.settings.taps;
+  if (!x.empty()) return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
   for (const auto& row : s.gains) x.insert(x.end(), row, row + 3);
   const int pairs = shared_orders(s) ? 1 : channel_count;
   for (int channel = 0; channel < pairs; ++channel) {
@@ -87,10 +104,26 @@ PyController from_vector(const py::array_t<double, py::array::c_style | py::arra
       bind_arguments(callable, settings_but({"gains", "alpha", "sigma"}), py::args(), structure)));
 }
 
+PyController from_taps(const py::object& taps, const py::kwargs& structure) {
+  const std::string callable = "Controller.from_taps";
+  Json document = {{"format", controller_format}, {"version", document_version}};
+  document.update(to_json(
+      bind_arguments(callable, settings_but({"gains", "alpha", "sigma", "generator", "memory"}),
+                     py::args(), structure)));
+  document["taps"] = to_json(taps);
+  ControllerDesign design;
+  check(callable, read_controller(document, design));
+  return PyController(design);
+}
+
 py::array taps(const PyController& self) {
   const Settings& s = self.settings;
   const int count = s.memory + 2;
   py::array_t<double> table({3, count});
+  if (!self.settings.taps.empty()) {
+    std::copy(self.settings.taps.begin(), self.settings.taps.end(), table.mutable_data());
+    return read_only(std::move(table));
+  }
   std::vector<double> work(static_cast<std::size_t>(count));
   for (int channel = 0; channel < channel_count; ++channel) {
     fuse_taps(s.generator, s.gains[channel][0], s.gains[channel][1], s.gains[channel][2],
@@ -135,6 +168,10 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
   if (!self.running) self.running = std::make_unique<RuntimeController>();
   if (self.torque_limit != torque_limit) {
     self.running->configure(self.settings, {torque_limit, 1});
+    if (!self.settings.taps.empty()) {
+      const ControllerDesign& d = self.settings;
+      self.running->set_taps(d.channel_taps(0), d.channel_taps(1), d.channel_taps(2), d.memory + 2);
+    }
     self.torque_limit = torque_limit;
   }
   const auto measured = [&](py::ssize_t i) {
@@ -184,17 +221,40 @@ void bind_controller(py::module_& module) {
       },
       "published(memory=5, **changes)\n--\n\nThe paper's gains and orders (its Table 3), with "
       "changes.");
+  cls.def_static(
+      "tuned_nominal", [] { return C(tuned_nominal()); },
+      "tuned_nominal()\n--\n\nThe best incremental, decoupled controller of the published "
+      "scenario, "
+      "E = 0.01722, found by\nnfopidn_sim --tune --structure incremental --tune-seed 1 --maxfev "
+      "40000.");
   cls.def_static("from_vector", &from_vector, py::arg("x"),
                  "from_vector(x, **structure)\n--\n\nFrom (kp_x, ki_x, kd_x, kp_y, ki_y, kd_y, "
                  "kp_theta, ki_theta, kd_theta, alpha, sigma), or 15\nnumbers that end alpha_x, "
                  "sigma_x, alpha_y, sigma_y, alpha_theta, sigma_theta.");
-  cls.def("to_vector", &to_vector, "to_vector(self)\n--\n\nThe inverse of from_vector.");
+  cls.def("to_vector", &to_vector,
+          "to_vector(self)\n--\n\nThe inverse of from_vector; of free taps, all of them.");
+  cls.def_static(
+      "from_taps", &from_taps, py::arg("taps"),
+      "from_taps(taps, **structure)\n--\n\nFrom the channels' filters themselves, "
+      "(3, memory + 2), newest error first, in the\nplace of gains and orders, which are "
+      "None then.");
+  cls.def(
+      "to_json", [](const C& self) { return write_controller(self.settings).dump(); },
+      "to_json(self)\n--\n\nThe text that save() writes, on one line.");
+  cls.def_static(
+      "from_json",
+      [](const std::string& text) {
+        Json document;
+        check("Controller.from_json", parse_json(text, document));
+        return read_py_controller(document);
+      },
+      py::arg("text"), "from_json(text)\n--\n\nThe inverse of to_json.");
   cls.def_static(
       "load",
       [](const py::object& path) {
-        Settings settings;
-        check("Controller.load", load_controller(file_name(path), settings));
-        return C(settings);
+        ControllerDesign design;
+        check("Controller.load", load_controller(file_name(path), design));
+        return C(design);
       },
       py::arg("path"), "load(path)\n--\n\nReads a controller file (JSON).");
   cls.def(
@@ -213,6 +273,12 @@ void bind_controller(py::module_& module) {
       },
       "replace(self, **changes)\n--\n\nA copy with some settings changed, at rest.");
   add_fields<Settings>(cls, [](const C& self) -> const Settings& { return self.settings; });
+  for (const char* name : {"gains", "alpha", "sigma"}) {
+    const py::object documented = cls.attr(name).attr("__doc__");
+    cls.def_property_readonly(
+        name, [name](const C& self) { return unless_free(self, name); },
+        documented.cast<std::string>().c_str());
+  }
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
   cls.def(
@@ -237,8 +303,10 @@ void bind_controller(py::module_& module) {
       },
       "feedback(self)\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
   cls.def("__repr__", [](const C& self) {
-    const std::string changes = arguments_text(self.settings, false);
-    return "Controller.published(" + changes + ")";
+    const std::string changes = arguments_text<Settings>(self.settings, false);
+    if (self.settings.taps.empty()) return "Controller.published(" + changes + ")";
+    return "Controller.from_taps(<3 x " + std::to_string(self.settings.memory + 2) + ">" +
+           (changes.empty() ? "" : ", " + changes) + ")";
   });
   add_value_semantics<C>(
       cls, [](const C& self) { return write_controller(self.settings); }, read_py_controller);

@@ -327,6 +327,19 @@ void bind_scenario(py::module_& module) {
   cls.def_static("published", &make_published,
                  "published(**changes)\n--\n\nThe scenario of the paper's figures, with changes: "
                  "arguments of Scenario, or of\nTrajectory.ranunculoid.");
+  cls.def(
+      "to_json", [](const S& self) { return write_scenario(self).dump(); },
+      "to_json(self)\n--\n\nThe text that save() writes, on one line.");
+  cls.def_static(
+      "from_json",
+      [](const std::string& text) {
+        Json document;
+        S scenario = default_scenario();
+        check("Scenario.from_json", parse_json(text, document));
+        check("Scenario.from_json", read_scenario(document, scenario));
+        return scenario;
+      },
+      py::arg("text"), "from_json(text)\n--\n\nThe inverse of to_json.");
   cls.def_static(
       "load",
       [](const py::object& path) {

@@ -7,7 +7,7 @@ namespace {
 
 PyResult run(const Scenario* scenario, const PyController* controller) {
   PyResult run{scenario != nullptr ? *scenario : Scenario::published(),
-               controller != nullptr ? controller->settings : ControllerSettings<double>{},
+               controller != nullptr ? controller->settings : ControllerDesign{},
                {}};
   const py::gil_scoped_release release;
   run.result = simulate(run.scenario, run.settings);

@@ -17,6 +17,7 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `robot_schematic`          the robot, its coordinates and torques
 `control_system_schematic` the closed loop
 `controller_schematic`     the controller
+`convergence`              a search: the best cost against evaluations
 `overview`                 a run on one page
 ========================== ========================================================
 """
@@ -42,10 +43,12 @@ if TYPE_CHECKING:
         controller_schematic,
         robot_schematic,
     )
+    from nfopidn.plot.searches import convergence
 
 __all__ = [
     "control_system_schematic",
     "controller_schematic",
+    "convergence",
     "errors",
     "feedback_torque",
     "feedforward_torque",
@@ -60,7 +63,7 @@ __all__ = [
     "z_plane",
 ]
 
-_MODULES = ("runs", "filters", "schematics", "page")
+_MODULES = ("runs", "filters", "schematics", "searches", "page")
 
 
 # The modules import matplotlib, which takes longer than most simulations: only a figure needs it.

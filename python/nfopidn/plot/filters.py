@@ -73,12 +73,21 @@ def weights(controller: Controller, ax: Axes | None = None) -> Axes:
     -------
     Axes
         weights [-] against j [samples]
+
+    Raises
+    ------
+    ValueError
+        If the controller has free taps, that is no orders.
     """
+    alpha_or_none, sigma_or_none = controller.alpha, controller.sigma
+    if alpha_or_none is None or sigma_or_none is None:
+        raise ValueError("controller has free taps; its weights have no orders")
     ax = style.new_axes(ax, (6.4, 3.4))
     memory = int(controller.memory)
     j = np.arange(memory + 1)
     letter = "g" if controller.generator == "gl" else "f"
-    alphas, sigmas = (np.broadcast_to(o, 3) for o in (controller.alpha, controller.sigma))
+    alphas = np.broadcast_to(np.asarray(alpha_or_none, dtype=float), 3)
+    sigmas = np.broadcast_to(np.asarray(sigma_or_none, dtype=float), 3)
     orders = list(zip(alphas.tolist(), sigmas.tolist(), _CHANNELS.values(), strict=True))
     shared = len({(alpha, sigma) for alpha, sigma, _ in orders}) == 1
     for i, (alpha, sigma, channel) in enumerate(orders[:1] if shared else orders):

@@ -49,7 +49,9 @@ def _setting_rows(result: SimulationResult) -> list[tuple[str, str]]:
     ]
 
 
-def _orders(value: float | Sequence[float]) -> str:
+def _orders(value: float | Sequence[float] | None) -> str:
+    if value is None:
+        return "free taps"
     numbers = [value] if isinstance(value, float) else value
     return ", ".join(f"{number:.4g}" for number in numbers)
 

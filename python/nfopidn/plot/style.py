@@ -32,6 +32,12 @@ ERROR_Y: Final[Stroke] = {
     "zorder": 3.1,
 }
 ERROR_THETA: Final[Stroke] = {"color": "#a3305f", "linewidth": 1.2, "zorder": 3.0}
+MEAN: Final[Stroke] = {
+    "color": "#e98a2b",
+    "linewidth": 1.2,
+    "linestyle": (0, (4, 1.6)),
+    "zorder": 2.5,
+}
 LIMIT: Final[Stroke] = {"color": "#6b6b6b", "linewidth": 0.9, "linestyle": (0, (1.5, 1.5))}
 DIVERGENCE: Final[Stroke] = {"color": "#b3261e", "linewidth": 0.9, "linestyle": (0, (5, 2, 1, 2))}
 

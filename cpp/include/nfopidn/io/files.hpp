@@ -19,6 +19,11 @@ inline Outcome file_fault(const std::string& path, const char* what) {
   return {Status::inconsistent, path + ": " + what + ": " + std::strerror(errno)};
 }
 
+inline bool file_exists(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
+}
+
 inline Outcome read_file(const std::string& path, std::string& text) {
   errno = 0;
   std::error_code ignored;
@@ -110,7 +115,7 @@ Outcome load_document(const std::string& path, const Reader& reader, Settings& r
   return outcome;
 }
 
-inline Outcome load_controller(const std::string& path, ControllerSettings<double>& result) {
+inline Outcome load_controller(const std::string& path, ControllerDesign& result) {
   return load_document(path, read_controller, result);
 }
 

@@ -1,0 +1,138 @@
+// Time of many candidates at once, a step and lane, for each instruction set; of a gradient; and of
+// whole tunings, on one core.
+#include <benchmark/benchmark.h>
+
+#include "nfopidn/tune.hpp"
+
+namespace {
+
+using namespace nfopidn;
+
+constexpr int candidates = 1024;
+
+// Candidates around a tuned controller: all of them track.
+std::vector<double> tracking_taps(const Structure& structure) {
+  const std::vector<double> x = parameters_of(structure, ControllerSettings<double>{});
+  const std::size_t size =
+      static_cast<std::size_t>(channel_count * (structure.settings.memory + 2));
+  std::vector<double> taps(candidates * size);
+  Random random(1);
+  for (std::size_t i = 0; i < candidates; ++i) {
+    std::vector<double> own = x;
+    for (double& number : own) number *= 0.9 + 0.2 * random.uniform();
+    parameters_to_taps(structure, own, taps.data() + i * size);
+  }
+  return taps;
+}
+
+void per_step(benchmark::State& state, double steps) {
+  state.counters["per_step"] = benchmark::Counter(
+      steps, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void lanes(benchmark::State& state, InstructionSet set) {
+  if (batch_kernels(set).costs == nullptr) {
+    state.SkipWithError("not on this processor");
+    return;
+  }
+  const Scenario scenario = Scenario::published();
+  const Structure structure = named_structure(StructureName::paper);
+  BatchEvaluator evaluator(prepare(scenario), structure.settings);
+  evaluator.set_instruction_set(set);
+  const std::vector<double> taps = tracking_taps(structure);
+  std::vector<double> costs(candidates);
+  for (auto _ : state) {
+    evaluator.costs_of_taps(taps.data(), candidates, costs.data());
+    benchmark::DoNotOptimize(costs.data());
+  }
+  per_step(state, static_cast<double>(scenario.trajectory.size()) * candidates);
+}
+BENCHMARK_CAPTURE(lanes, avx512, InstructionSet::avx512);
+BENCHMARK_CAPTURE(lanes, avx2, InstructionSet::avx2);
+BENCHMARK_CAPTURE(lanes, sse2, InstructionSet::sse2);
+BENCHMARK_CAPTURE(lanes, neon, InstructionSet::neon);
+
+void gradient(benchmark::State& state) {
+  const Scenario scenario = Scenario::published();
+  const Structure structure = named_structure(StructureName::paper);
+  TuneObjective objective({&scenario}, structure, FreeParameters::all(11), 11, 1, 1);
+  const std::vector<double> x = parameters_of(structure, ControllerSettings<double>{});
+  const Point point = Eigen::Map<const Point>(x.data(), 11);
+  double slopes[11];
+  for (auto _ : state) benchmark::DoNotOptimize(objective.gradient(point, slopes));
+}
+BENCHMARK(gradient)->Unit(benchmark::kMicrosecond);
+
+void tuning(benchmark::State& state) {
+  const Scenario scenario = Scenario::published();
+  TuningTask task;
+  task.scenarios = {&scenario};
+  for (auto _ : state) {
+    ++task.seed;
+    benchmark::DoNotOptimize(run_tuning(task).cost);
+  }
+}
+BENCHMARK(tuning)->Unit(benchmark::kMillisecond);
+
+// One schedule of the paper, about 4,000 evaluations.
+void paper_schedule(benchmark::State& state) {
+  const Scenario scenario = Scenario::published();
+  const Structure structure = named_structure(StructureName::paper);
+  const std::vector<ParameterBounds> bounds = default_bounds(structure);
+  Point low(11), high(11);
+  for (Eigen::Index i = 0; i < 11; ++i) {
+    low(i) = bounds[static_cast<std::size_t>(i)].low;
+    high(i) = bounds[static_cast<std::size_t>(i)].high;
+  }
+  TuneObjective objective({&scenario}, structure, FreeParameters::all(11), 11, 1, 1);
+  double evaluations = 0;
+  std::uint64_t seed = 0;
+  for (auto _ : state) {
+    Search search(objective, {low, high, Point::Ones(11)}, {}, ++seed);
+    Bfoa(search, {}).run();
+    evaluations += static_cast<double>(search.result.evaluations);
+  }
+  state.counters["evaluations"] =
+      benchmark::Counter(evaluations, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK(paper_schedule)->Unit(benchmark::kMillisecond);
+
+class Sphere : public Objective {
+ public:
+  bool is_cheap() const override { return true; }
+  void costs(const Points& points, double* costs) override {
+    for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = points.col(j).squaredNorm();
+  }
+};
+
+// What the search itself costs an evaluation.
+template <class Run>
+void bookkeeping(benchmark::State& state, const Run& run) {
+  Sphere objective;
+  const Point low = Point::Constant(11, -1), high = Point::Constant(11, 0.7);
+  double evaluations = 0;
+  std::uint64_t seed = 0;
+  for (auto _ : state) {
+    Search search(objective, {low, high, Point::Ones(11)}, {10000}, ++seed);
+    run(search);
+    evaluations += static_cast<double>(search.result.evaluations);
+  }
+  state.counters["per_evaluation"] =
+      benchmark::Counter(evaluations, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+void bookkeeping_bfoa(benchmark::State& state) {
+  bookkeeping(state, [&](Search& search) {
+    BfoaOptions options;
+    if (state.range(0) == 0) options.attractant_depth = options.repellent_height = 0;
+    Bfoa(search, options).run();
+  });
+}
+void bookkeeping_bfoa_plus(benchmark::State& state) {
+  bookkeeping(state, [](Search& search) { BfoaPlus(search, {}, 10000).run(); });
+}
+BENCHMARK(bookkeeping_bfoa)->ArgName("swarming")->Arg(0)->Arg(1);
+BENCHMARK(bookkeeping_bfoa_plus);
+
+}  // namespace
+
+BENCHMARK_MAIN();

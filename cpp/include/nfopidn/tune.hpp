@@ -1,0 +1,142 @@
+// L4. Tuning: the cost of a controller's parameters as an objective for the searches.
+#pragma once
+
+#include "nfopidn/batch.hpp"
+#include "nfopidn/bfoa.hpp"
+#include "nfopidn/bfoa_plus.hpp"
+#include "nfopidn/structures.hpp"
+
+namespace nfopidn {
+
+// How finely a search looks at small parameters: see Box::bend. Good gains and orders lie near the
+// lower end of generous bounds.
+inline Point tuning_bend(const Point& low) {
+  return (low.array() >= 0).select(Point::Constant(low.size(), 2), Point::Ones(low.size()));
+}
+
+// Cost of a controller over scenarios: the mean of the worst `share` of them (the conditional value
+// at risk), so that 1 is the mean and 0 the worst case.
+class TuneObjective : public Objective {
+ public:
+  // The scenarios must outlive this.
+  TuneObjective(const std::vector<const Scenario*>& scenarios, const Structure& structure,
+                FreeParameters parameters, int dimension, double share, int threads)
+      : structure_(structure),
+        parameters_(std::move(parameters)),
+        dimension_(dimension),
+        share_(share),
+        threads_(threads) {
+    for (const Scenario* scenario : scenarios) {
+      evaluators_.emplace_back(prepare(*scenario), structure.settings);
+    }
+  }
+
+  bool has_gradient() const override { return true; }
+  bool is_cheap() const override { return true; }
+
+  void costs(const Points& points, double* costs) override {
+    const std::size_t size = tap_size();
+    std::vector<double> taps(static_cast<std::size_t>(points.cols()) * size);
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      parameters_to_taps(structure_, parameters_.full(points.col(j).data()),
+                         taps.data() + static_cast<std::size_t>(j) * size);
+    }
+    const int count = static_cast<int>(points.cols());
+    if (evaluators_.size() == 1) {
+      evaluators_[0].costs_of_taps(taps.data(), count, costs, threads_);
+      return;
+    }
+    Eigen::MatrixXd each(points.cols(), static_cast<Eigen::Index>(evaluators_.size()));
+    for (std::size_t s = 0; s < evaluators_.size(); ++s) {
+      evaluators_[s].costs_of_taps(taps.data(), count,
+                                   each.col(static_cast<Eigen::Index>(s)).data(), threads_);
+    }
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      const Eigen::VectorXd row = each.row(j);
+      costs[j] = row.dot(weights(row));
+    }
+  }
+
+  double gradient(const Point& point, double* slopes) override {
+    using D = Dual<double>;
+    const std::size_t size = tap_size();
+    std::vector<double> taps(size), directions(size * static_cast<std::size_t>(dimension_));
+    std::vector<D> x(static_cast<std::size_t>(dimension_)), fused(size);
+    for (int i = 0; i < dimension_; ++i) {
+      for (int k = 0; k < dimension_; ++k) {
+        x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
+      }
+      parameters_to_taps(structure_, parameters_.full(x.data()), fused.data());
+      for (std::size_t n = 0; n < size; ++n) {
+        taps[n] = fused[n].value;
+        directions[static_cast<std::size_t>(i) * size + n] = fused[n].slope;
+      }
+    }
+    const auto count = static_cast<Eigen::Index>(evaluators_.size());
+    Eigen::VectorXd each(count);
+    Eigen::MatrixXd each_slopes(dimension_, count);
+    for (Eigen::Index s = 0; s < count; ++s) {
+      each(s) = evaluators_[static_cast<std::size_t>(s)].gradient(
+          taps.data(), directions.data(), dimension_, each_slopes.col(s).data());
+    }
+    const Eigen::VectorXd weight = weights(each);
+    Eigen::Map<Eigen::VectorXd>(slopes, dimension_) = each_slopes * weight;
+    return each.dot(weight);
+  }
+
+ private:
+  std::size_t tap_size() const {
+    return static_cast<std::size_t>(channel_count * (structure_.settings.memory + 2));
+  }
+
+  // Of each scenario's cost in the whole.
+  Eigen::VectorXd weights(const Eigen::VectorXd& costs) const {
+    const double worst = std::max(share_ * static_cast<double>(costs.size()), 1.0);
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(costs.size());
+    double left = worst;
+    const std::vector<Eigen::Index> order = ranking(costs);
+    for (auto place = order.rbegin(); place != order.rend() && left > 0; ++place) {
+      weight(*place) = std::min(left, 1.0) / worst;
+      left -= 1;
+    }
+    return weight;
+  }
+
+  std::vector<BatchEvaluator> evaluators_;
+  Structure structure_;
+  FreeParameters parameters_;
+  int dimension_;
+  double share_;
+  int threads_;
+};
+
+// A tuning with bfoa+ and default options, for programs; all of its parameters are free within
+// their default bounds.
+struct TuningTask {
+  std::vector<const Scenario*> scenarios;
+  Structure structure;
+  std::vector<double> start;  // parameters known to be good; may be empty
+  std::int64_t evaluations = 10000;
+  std::uint64_t seed = 0;
+  double share = 1;
+  int threads = 1;
+};
+
+inline SearchResult run_tuning(const TuningTask& task, const Search::Callback& callback = {}) {
+  const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
+  const auto size = static_cast<Eigen::Index>(bounds.size());
+  Point low(size), high(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    low(i) = bounds[static_cast<std::size_t>(i)].low;
+    high(i) = bounds[static_cast<std::size_t>(i)].high;
+  }
+  TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(bounds.size()),
+                          static_cast<int>(size), task.share, task.threads);
+  Search search(objective, {low, high, tuning_bend(low)}, {task.evaluations}, task.seed);
+  if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
+  search.set_callback(callback);
+  BfoaPlus(search, {}, task.evaluations).run();
+  return search.result;
+}
+
+}  // namespace nfopidn

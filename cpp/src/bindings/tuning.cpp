@@ -1,0 +1,279 @@
+// The searches, over a controller's parameters or any Python function. Python has checked and named
+// the arguments; python/nfopidn/_search.py and _tuning.py are the callers.
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+
+#include "bindings.hpp"
+#include "nfopidn/io/checkpoint.hpp"
+#include "nfopidn/tune.hpp"
+
+namespace nfopidn::python {
+
+namespace {
+
+using RowPoints = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Clock = std::chrono::steady_clock;
+
+// A Python function of an (n, p) array that returns n costs. What it raises ends the search and is
+// kept, so that the caller can be given the best so far with it.
+class FunctionObjective : public Objective {
+ public:
+  explicit FunctionObjective(py::function function) : function_(std::move(function)) {}
+
+  void costs(const Points& points, double* costs) override {
+    const py::gil_scoped_acquire acquire;
+    std::fill(costs, costs + points.cols(), std::numeric_limits<double>::quiet_NaN());
+    try {
+      const RowPoints rows = points.transpose();
+      const auto reply =
+          function_(rows).cast<py::array_t<double, py::array::c_style | py::array::forcecast>>();
+      if (reply.ndim() != 1 || reply.size() != points.cols()) {
+        throw py::value_error("func must return " + std::to_string(points.cols()) +
+                              " costs for as many points, shape (" + std::to_string(points.cols()) +
+                              ",)");
+      }
+      std::copy(reply.data(), reply.data() + reply.size(), costs);
+    } catch (py::error_already_set& error) {
+      raised = error.value();
+    } catch (const py::builtin_exception& error) {
+      raised = py::module_::import("builtins").attr("ValueError")(error.what());
+    } catch (const py::cast_error& error) {
+      raised = py::module_::import("builtins").attr("ValueError")("func must return numbers");
+    }
+  }
+
+  py::object raised = py::none();
+
+ private:
+  py::function function_;
+};
+
+const char* const reasons[] = {"schedule", "evaluations", "time",
+                               "target",   "callback",    "not_a_number"};
+
+py::dict to_dict(const Search& search, const std::string& reason) {
+  const SearchResult& r = search.result;
+  py::array_t<double> history({r.history.size(), std::size_t{7}});
+  auto cell = history.mutable_unchecked<2>();
+  py::ssize_t row = 0;
+  for (const HistoryRow& h : r.history) {
+    const double numbers[] = {static_cast<double>(h.dispersal),
+                              static_cast<double>(h.reproduction),
+                              static_cast<double>(h.chemotaxis),
+                              static_cast<double>(h.evaluations),
+                              h.best,
+                              h.mean,
+                              h.step};
+    for (py::ssize_t column = 0; column < 7; ++column) cell(row, column) = numbers[column];
+    ++row;
+  }
+  py::dict result;
+  result["x"] = r.x;
+  result["fun"] = r.cost;
+  result["nfev"] = r.evaluations;
+  result["reason"] = reason;
+  result["population"] = RowPoints(r.population.transpose());
+  result["population_energies"] = r.population_costs;
+  result["history"] = history;
+  result["elapsed"] = search.elapsed();
+  return result;
+}
+
+// What a search is given, from the dictionary that Python makes of its arguments.
+struct Request {
+  std::string method, checkpoint;
+  py::dict options;
+  Eigen::VectorXd low, high, start;
+  SearchLimits limits;
+  std::uint64_t seed;
+  py::object callback;
+  Json problem;
+
+  explicit Request(const py::dict& given)
+      : method(given["method"].cast<std::string>()),
+        checkpoint(given["checkpoint"].cast<std::string>()),
+        options(given["options"].cast<py::dict>()),
+        low(given["low"].cast<Eigen::VectorXd>()),
+        high(given["high"].cast<Eigen::VectorXd>()),
+        limits{given["maxfev"].cast<std::int64_t>(), given["maxtime"].cast<double>(),
+               given["stopval"].cast<double>()},
+        seed(given["seed"].cast<std::uint64_t>()),
+        callback(given["callback"]) {
+    if (!given["start"].is_none()) start = given["start"].cast<Eigen::VectorXd>();
+    check("checkpoint", parse_json(given["problem"].cast<std::string>(), problem));
+  }
+};
+
+template <class Options>
+Options read_options(const py::dict& given) {
+  Options options;
+  check("options", read_settings(to_json(given), "", options));
+  return options;
+}
+
+BfoaOptions read_bfoa_options(const py::dict& given) {
+  const auto options = read_options<BfoaOptions>(given);
+  if (options.cells % 2 != 0) {
+    raise("options", {Status::inconsistent,
+                      "cells is " + std::to_string(options.cells) + "; must be an even number"});
+  }
+  return options;
+}
+
+// Saves a search now and then: not more often than twice a second, and not for more than a
+// twentieth of the time.
+class Checkpoint {
+ public:
+  explicit Checkpoint(const Request& request)
+      : path_(request.checkpoint), problem_(request.problem) {}
+
+  void save_if_due(const Search& search) {
+    if (path_.empty() || search.is_replaying() || Clock::now() < next_) return;
+    save(search);
+  }
+  void save(const Search& search) {
+    if (path_.empty()) return;
+    const Clock::time_point begin = Clock::now();
+    const Outcome saved = save_checkpoint(path_, problem_, search);
+    if (!saved) fault = saved;
+    const Clock::time_point end = Clock::now();
+    const Clock::duration least = std::chrono::milliseconds(500);
+    next_ = end + std::max(least, 20 * (end - begin));
+  }
+
+  Outcome fault;
+
+ private:
+  std::string path_;
+  Json problem_;
+  Clock::time_point next_ = Clock::now() + std::chrono::milliseconds(500);
+};
+
+// Runs the search without the GIL; the callback and Ctrl-C are looked after between steps.
+py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& bend) {
+  Search search(objective, {request.low, request.high, bend}, request.limits, request.seed);
+  search.start = request.start;
+  Checkpoint checkpoint(request);
+  if (!request.checkpoint.empty()) {
+    check("checkpoint", load_checkpoint(request.checkpoint, request.problem, search));
+  }
+  bool interrupted = false;
+  search.set_callback([&](const SearchResult& so_far) {
+    checkpoint.save_if_due(search);
+    if (!checkpoint.fault) return false;
+    const py::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() != 0) {
+      PyErr_Clear();
+      interrupted = true;
+      return false;
+    }
+    if (request.callback.is_none() || search.is_replaying()) return true;
+    const HistoryRow& row = so_far.history.back();
+    return request.callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step)
+        .cast<bool>();
+  });
+  if (request.method == "bfoa") {
+    const BfoaOptions options = read_bfoa_options(request.options);
+    const py::gil_scoped_release release;
+    Bfoa(search, options).run();
+  } else {
+    const auto options = read_options<BfoaPlusOptions>(request.options);
+    const py::gil_scoped_release release;
+    BfoaPlus(search, options, request.limits.evaluations).run();
+  }
+  const bool failed = search.result.reason == StopReason::not_a_number;
+  if (checkpoint.fault.status == Status::ok && !failed) checkpoint.save(search);
+  py::dict result = to_dict(
+      search, interrupted ? "interrupted" : reasons[static_cast<int>(search.result.reason)]);
+  result["checkpoint_fault"] = checkpoint.fault.message;
+  return result;
+}
+
+py::dict search_function(const py::function& function, const py::dict& given) {
+  const Request request(given);
+  FunctionObjective objective(function);
+  py::dict result = run_search(objective, request, Eigen::VectorXd::Ones(request.low.size()));
+  result["raised"] = objective.raised;
+  return result;
+}
+
+Structure structure_of(const PyController& controller, const std::string& parameters) {
+  Structure structure = {controller.settings, ParameterSet::shared_orders};
+  Outcome outcome;
+  json::read(parameters, json::Context{"parameters", {}, "", &outcome}, structure.parameters);
+  check("structure", outcome);
+  return structure;
+}
+
+py::dict search_controller(const std::vector<const Scenario*>& scenarios,
+                           const PyController& controller, const std::string& parameters,
+                           const std::vector<int>& source, const std::vector<double>& fixed,
+                           double risk, int threads, const py::dict& given) {
+  const Request request(given);
+  TuneObjective objective(scenarios, structure_of(controller, parameters), {source, fixed},
+                          static_cast<int>(request.low.size()), risk, threads);
+  return run_search(objective, request, tuning_bend(request.low));
+}
+
+py::tuple structure_by_name(const std::string& name) {
+  StructureName choice{};
+  Outcome outcome;
+  json::read(name, json::Context{"structure", {}, "", &outcome}, choice);
+  check("tune", outcome);
+  const Structure structure = named_structure(choice);
+  const Json published = write_settings(ControllerSettings<double>{});
+  py::dict changes;
+  const Json settings = write_settings<ControllerSettings<double>>(structure.settings);
+  for (const auto& item : settings.items()) {
+    if (item.value() != published[item.key()])
+      changes[py::str(item.key())] = from_json(item.value());
+  }
+  return py::make_tuple(changes, json::write(structure.parameters).get<std::string>());
+}
+
+std::vector<std::tuple<std::string, double, double>> bounds_of(const PyController& controller,
+                                                               const std::string& parameters) {
+  std::vector<std::tuple<std::string, double, double>> result;
+  for (const ParameterBounds& b : default_bounds(structure_of(controller, parameters))) {
+    result.emplace_back(b.name, b.low, b.high);
+  }
+  return result;
+}
+
+// The controller of a search's x; what is not searched for is fixed.
+PyController design(const PyController& controller, const std::string& parameters,
+                    const std::vector<int>& source, const std::vector<double>& fixed,
+                    const std::vector<double>& x) {
+  const FreeParameters free = {source, fixed};
+  return PyController(design_of(structure_of(controller, parameters), free.full(x.data())));
+}
+
+// The parameters that a controller has in a structure.
+std::vector<double> parameters(const PyController& controller, const std::string& parameters,
+                               const PyController& design) {
+  return parameters_of(structure_of(controller, parameters), design.settings);
+}
+
+py::dict defaults_of(const std::string& method) {
+  const Json options =
+      method == "bfoa" ? write_settings(BfoaOptions{}) : write_settings(BfoaPlusOptions{});
+  return from_json(options).cast<py::dict>();
+}
+
+}  // namespace
+
+void bind_tuning(py::module_& module) {
+  module.def("search_function", &search_function, py::arg("function"), py::arg("request"));
+  module.def("search_controller", &search_controller, py::arg("scenarios"), py::arg("controller"),
+             py::arg("parameters"), py::arg("source"), py::arg("fixed"), py::arg("risk"),
+             py::arg("threads"), py::arg("request"));
+  module.def("structure", &structure_by_name, py::arg("name"));
+  module.def("parameter_bounds", &bounds_of, py::arg("controller"), py::arg("parameters"));
+  module.def("design", &design, py::arg("controller"), py::arg("parameters"), py::arg("source"),
+             py::arg("fixed"), py::arg("x"));
+  module.def("parameters", &parameters, py::arg("controller"), py::arg("parameters"),
+             py::arg("design"));
+  module.def("default_options", &defaults_of, py::arg("method"));
+}
+
+}  // namespace nfopidn::python

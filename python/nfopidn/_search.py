@@ -1,0 +1,436 @@
+"""Bacterial foraging for any function, with SciPy's conventions."""
+
+from __future__ import annotations
+
+import json
+import queue
+import secrets
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nfopidn import _core
+from nfopidn._progress import Report, progress
+
+Array = NDArray[np.float64]
+Callback = Callable[["OptimizeResult"], object]
+
+METHODS = ("bfoa+", "bfoa")
+HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
+DEFAULT_EVALUATIONS = 10_000
+UNLIMITED = 2**62
+
+MESSAGES = {
+    "schedule": "The schedule is complete.",
+    "evaluations": "The budget of evaluations is used up.",
+    "time": "The time is up.",
+    "target": "The wanted cost is reached.",
+    "callback": "The callback asked to stop.",
+    "interrupted": "The search was interrupted; this is the best so far.",
+    "not_a_number": "The function returned NaN.",
+}
+
+
+class OptimizeResult(dict[str, Any]):
+    """The result of a search: SciPy's fields, as attributes and as keys.
+
+    x (p,), fun, nfev, nit, success, status, message, population (S, p), population_energies (S,),
+    history (a structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed,
+    elapsed [s].
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        """Give the field of that name."""
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __dir__(self) -> list[str]:
+        """Name the fields too."""
+        return [*super().__dir__(), *self]
+
+    def __repr__(self) -> str:
+        """Tell the cost and how it was reached."""
+        text = f"{type(self).__name__}(fun={self['fun']:.6g}, nfev={self['nfev']}"
+        return text + (f", {self['message']!r})" if "message" in self else ")")
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the best and the mean cost against evaluations; returns the Axes."""
+        from nfopidn import plot
+
+        return plot.convergence(self, ax=ax)
+
+
+@dataclass
+class Settings:
+    """What every search is given, checked."""
+
+    method: str
+    options: dict[str, Any]
+    maxfev: int
+    maxtime: float
+    stopval: float
+    seed: int
+    checkpoint: str
+    progress: bool
+
+    def request(self, low: Array, high: Array, problem: Mapping[str, Any]) -> dict[str, Any]:
+        """Make the core's dictionary; the problem is what a checkpoint must agree with."""
+        whole = {
+            "kind": "search",
+            "method": self.method,
+            "options": self.options,
+            "maxfev": self.maxfev,
+            "stopval": None if np.isinf(self.stopval) else self.stopval,
+            "seed": self.seed,
+            "low": low.tolist(),
+            "high": high.tolist(),
+            **problem,
+        }
+        return {
+            "method": self.method,
+            "options": self.options,
+            "maxfev": self.maxfev,
+            "maxtime": self.maxtime,
+            "stopval": self.stopval,
+            "seed": self.seed,
+            "checkpoint": self.checkpoint,
+            "low": low,
+            "high": high,
+            "start": None,
+            "callback": None,
+            "problem": json.dumps(whole, allow_nan=False),
+        }
+
+
+def check_settings(
+    method: str,
+    options: Mapping[str, Any] | None,
+    rng: Any,
+    maxfev: int | None,
+    maxtime: float | None,
+    stopval: float | None,
+    checkpoint: str | PathLike[str] | None,
+    progress: bool,
+) -> Settings:
+    """Refuse what is out of range; fill in what is missing."""
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
+    if maxfev is None:
+        maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
+    if isinstance(maxfev, bool) or int(maxfev) != maxfev or not 1 <= maxfev <= UNLIMITED:
+        raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62]")
+    if maxtime is not None and not maxtime > 0:
+        raise ValueError(f"maxtime is {maxtime}; must be greater than 0 s")
+    if stopval is not None and np.isnan(stopval):
+        raise ValueError(f"stopval is {stopval}; must be a number")
+    path = "" if checkpoint is None else fspath(checkpoint)
+    if checkpoint is not None and path == "":
+        raise ValueError("checkpoint is empty; must be the name of a file")
+    return Settings(
+        method=method,
+        options={
+            key: value.item() if isinstance(value, np.generic) else value
+            for key, value in dict(options or {}).items()
+        },
+        maxfev=int(maxfev),
+        maxtime=np.inf if maxtime is None else float(maxtime),
+        stopval=-np.inf if stopval is None else float(stopval),
+        seed=_seed(rng, path),
+        checkpoint=path,
+        progress=progress,
+    )
+
+
+def _seed(rng: Any, checkpoint: str) -> int:
+    if rng is None:
+        return _seed_of_checkpoint(checkpoint) or secrets.randbits(32)
+    if hasattr(rng, "integers"):
+        return int(rng.integers(2**53))
+    try:
+        seed = int(rng)
+    except (TypeError, ValueError, OverflowError):
+        seed = -1
+    if isinstance(rng, bool) or seed != rng or not 0 <= seed <= 2**53:
+        raise ValueError(f"rng is {rng}; must be a whole number in [0, 2**53], a Generator or None")
+    return seed
+
+
+def _seed_of_checkpoint(path: str) -> int:
+    """Give the drawn seed of the search that goes on, 0 if there is none."""
+    try:
+        seed = json.loads(Path(path).read_text(encoding="utf-8"))["problem"]["seed"]
+    except (OSError, ValueError, KeyError, TypeError):  # the core says what is wrong with the file
+        return 0
+    return seed if isinstance(seed, int) else 0
+
+
+def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
+    """Refuse bounds that are not finite or not in order."""
+    for name, a, b in zip(names, low, high, strict=True):
+        if not (np.isfinite(a) and np.isfinite(b)):
+            raise ValueError(f"bounds of {name} are ({a}, {b}); must be finite")
+        if not a < b:
+            raise ValueError(f"bounds of {name} are ({a}, {b}); the first must be the smaller")
+
+
+class Observer:
+    """What the core calls after each step: the user's callback, and the progress bar."""
+
+    def __init__(self, callback: Callback | None, report: Report) -> None:
+        self.callback = callback
+        self.report = report
+        self.raised: BaseException | None = None
+
+    def __call__(self, x: Array, fun: float, nfev: int, mean: float, step: float) -> bool:
+        """Hand the result so far on; False ends the search."""
+        self.report(nfev, f"{nfev} evaluations, cost {fun:.6g}")
+        if self.callback is None:
+            return True
+        try:
+            self.callback(OptimizeResult(x=x, fun=fun, nfev=nfev, mean=mean, step=step))
+        except StopIteration:
+            return False
+        except BaseException as error:  # handed on, with the best so far, once the search has ended
+            self.raised = error
+            return False
+        return True
+
+
+def run(
+    search: Callable[[dict[str, Any]], dict[str, Any]],
+    request: dict[str, Any],
+    settings: Settings,
+    callback: Callback | None,
+    title: str,
+) -> tuple[dict[str, Any], BaseException | None]:
+    """Run one search of the core with its callback and its progress bar."""
+    total = None if settings.maxfev == UNLIMITED else settings.maxfev
+    with progress(title, total, settings.progress) as report:
+        observer = Observer(callback, report)
+        if callback is not None or settings.progress:
+            request["callback"] = observer
+        found = search(request)
+    return found, observer.raised
+
+
+def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
+    """Fill the result; raise what callback or function raised, with the result attached."""
+    reason = found.pop("reason")
+    fault = found.pop("checkpoint_fault")
+    if isinstance(raised, KeyboardInterrupt):
+        reason, raised = "interrupted", None
+    history = np.zeros(len(found["history"]), dtype=[(name, float) for name in HISTORY])
+    for column, name in enumerate(HISTORY):
+        history[name] = found["history"][:, column]
+    found["history"] = history
+    result.update(found)
+    result["nit"] = len(history)
+    result["success"] = reason not in ("interrupted", "not_a_number")
+    result["status"] = list(MESSAGES).index(reason)
+    result["message"] = MESSAGES[reason]
+    error: BaseException | None = raised
+    if error is None and fault:
+        error = ValueError(f"checkpoint: {fault}")
+    if error is None and reason == "not_a_number":
+        error = ValueError("func returned NaN; return inf for points that have no cost")
+    if error is not None:
+        error.best = result  # type: ignore[attr-defined]
+        raise error
+
+
+def bfoa(
+    func: Callable[[Array], Any],
+    bounds: Sequence[tuple[float, float]] | ArrayLike,
+    *,
+    method: str = "bfoa+",
+    options: Mapping[str, Any] | None = None,
+    rng: Any = None,
+    maxfev: int | None = None,
+    maxtime: float | None = None,
+    stopval: float | None = None,
+    callback: Callback | None = None,
+    vectorized: bool = False,
+    workers: int | Callable[..., Iterable[Any]] = 1,
+    checkpoint: str | PathLike[str] | None = None,
+    progress: bool = False,
+) -> OptimizeResult:
+    """Minimise a function within bounds by bacterial foraging.
+
+    Parameters
+    ----------
+    func
+        Takes a point (p,) and returns its cost, or, if `vectorized`, points (n, p) and returns
+        costs (n,). Infinity is a cost; NaN is refused.
+    bounds
+        (p, 2): low and high of each coordinate.
+    method
+        "bfoa+", the improved variant, or "bfoa", Passino's algorithm.
+    options
+        Settings of the method; docs/tuning.md lists them.
+    rng
+        A seed, a numpy.random.Generator, or None to draw a seed, which the result records.
+    maxfev, maxtime, stopval
+        End at this many evaluations (default 10,000 for "bfoa+", one schedule for "bfoa"), after
+        this time [s], or at this cost.
+    callback
+        Called with the result so far after each chemotactic step; may raise StopIteration.
+    vectorized
+        Whether func takes a block of points.
+    workers
+        Processes that evaluate a block's points, or a function like map. func must then be one
+        that can be pickled.
+    checkpoint
+        A file from which the same call goes on after an interruption, to the same result.
+    progress
+        Whether to show a progress bar in a terminal or notebook; needs rich.
+
+    Returns
+    -------
+    OptimizeResult
+        Ctrl-C ends the search and returns the best so far.
+
+    Raises
+    ------
+    ValueError
+        For an argument out of range, and for a cost that is NaN. What func raises is passed on;
+        its attribute `best` then holds the result so far.
+    """
+    settings = check_settings(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress)
+    low, high = _box(bounds)
+    with ExitStack() as stack:
+        block = func if vectorized else _pointwise(func, workers, stack)
+        request = settings.request(low, high, {"kind": "function"})
+        found, raised = run(
+            lambda request: _core.search_function(block, request),
+            request,
+            settings,
+            callback,
+            "bfoa",
+        )
+    result = OptimizeResult(seed=settings.seed)
+    finish(result, found, found.pop("raised") or raised)
+    return result
+
+
+def _box(bounds: Any) -> tuple[Array, Array]:
+    box = np.array(bounds, dtype=float)
+    if box.ndim != 2 or box.shape[1] != 2 or len(box) == 0:
+        raise ValueError(f"bounds have the shape {box.shape}; must be (p, 2)")
+    check_bounds(box[:, 0], box[:, 1], [f"coordinate {i}" for i in range(len(box))])
+    return box[:, 0].copy(), box[:, 1].copy()
+
+
+def _pointwise(
+    func: Callable[[Array], Any],
+    workers: int | Callable[..., Iterable[Any]],
+    stack: ExitStack,
+) -> Callable[[Array], Array]:
+    """Make a function of points from one of a point."""
+    mapping: Callable[..., Iterable[Any]] = map
+    if callable(workers):
+        mapping = workers
+    elif isinstance(workers, bool) or int(workers) != workers or workers < 1:
+        raise ValueError(f"workers is {workers}; must be a whole number of at least 1, or a map")
+    elif workers > 1:
+        mapping = stack.enter_context(ProcessPoolExecutor(int(workers))).map
+
+    def each(points: Array) -> Array:
+        return np.fromiter(mapping(func, points), dtype=float, count=len(points))
+
+    return each
+
+
+class Forager:
+    """The same search by ask and tell, for costs that come from elsewhere.
+
+    >>> forager = Forager([(0, 1), (0, 1)], rng=1, maxfev=100)
+    >>> while (points := forager.ask()) is not None:
+    ...     forager.tell([((x - 0.3) ** 2).sum() for x in points])
+    >>> forager.result.nfev
+    100
+    """
+
+    def __init__(self, bounds: Sequence[tuple[float, float]] | ArrayLike, **arguments: Any) -> None:
+        """Take the arguments of bfoa(), but for func, vectorized and workers."""
+        for name in ("func", "vectorized", "workers"):
+            if name in arguments:
+                raise TypeError(f"Forager() has no argument {name!r}")
+        self._points: queue.Queue[Array | None] = queue.Queue()
+        self._costs: queue.Queue[Array | None] = queue.Queue()
+        self._asked: Array | None = None
+        self._error: BaseException | None = None
+        self._closed = False
+        #: The OptimizeResult once ask() has returned None.
+        self.result: OptimizeResult | None = None
+        _box(bounds)
+
+        def work() -> None:
+            try:
+                self.result = bfoa(self._evaluate, bounds, vectorized=True, **arguments)
+            except _ClosedError as closed:
+                self.result = closed.best
+            except BaseException as error:
+                self._error = error
+            self._points.put(None)
+
+        self._thread = threading.Thread(target=work, daemon=True)
+        self._thread.start()
+
+    def _evaluate(self, points: Array) -> Array:
+        self._points.put(points)
+        costs = self._costs.get()
+        if costs is None:
+            raise _ClosedError
+        return costs
+
+    def ask(self) -> Array | None:
+        """Give the points (n, p) whose costs are wanted, the same until told; None at the end."""
+        if self._asked is None and not self._closed:
+            self._asked = self._points.get()
+            self._closed = self._asked is None
+            if self._error is not None:
+                raise self._error
+        return self._asked
+
+    def tell(self, costs: ArrayLike) -> None:
+        """Take the costs (n,) of the points asked for.
+
+        Raises
+        ------
+        ValueError
+            If nothing was asked, or costs are too few, too many or NaN; ask() then gives the same
+            points again.
+        """
+        if self._asked is None:
+            raise ValueError("tell() comes after ask()")
+        values = np.array(costs, dtype=float)
+        if values.shape != (len(self._asked),):
+            raise ValueError(f"costs have the shape {values.shape}; must be ({len(self._asked)},)")
+        if np.isnan(values).any():
+            raise ValueError("costs hold NaN; give inf for points that have no cost")
+        self._asked = None
+        self._costs.put(values)
+
+    def close(self) -> None:
+        """End the search early; result holds the best so far."""
+        if not self._closed:
+            self.ask()
+        if not self._closed:
+            self._asked = None
+            self._closed = True
+            self._costs.put(None)
+        self._thread.join()
+
+
+class _ClosedError(Exception):
+    best: OptimizeResult

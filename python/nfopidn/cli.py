@@ -1,0 +1,138 @@
+"""The command `nfopidn`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import nfopidn
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+
+def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
+    """Read NAME=VALUE words; a value is a text, a number or two numbers with a colon."""
+    result: dict[str, Any] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        parts = value.split(":")
+        if not equals or (numbers and len(parts) != numbers):
+            form = {0: "NAME=NAME", 1: "NAME=NUMBER", 2: "NAME=LOW:HIGH"}[numbers]
+            raise ValueError(f"--{option} {word}: must be {form}")
+        try:
+            read = tuple(float(part) for part in parts) if numbers else value
+        except ValueError:
+            raise ValueError(f"--{option} {word}: {value} is no number") from None
+        result[name] = read[0] if numbers == 1 else read
+    return result
+
+
+def _option(word: str) -> tuple[str, float]:
+    name, _, value = word.partition("=")
+    number = float(value)
+    return name, int(number) if number.is_integer() else number
+
+
+def _tune(arguments: argparse.Namespace) -> int:
+    scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
+    start = nfopidn.Controller.load(arguments.start) if arguments.start else None
+    outputs = [path for path in (arguments.output, arguments.result, arguments.plot) if path]
+    for path in outputs:  # whether they can be written shows before the search, not after
+        with open(path, "ab"):
+            pass
+    result = nfopidn.tune(
+        scenarios or None,
+        structure=arguments.structure,
+        bounds=_pairs(arguments.bound, "bound", 2) or None,
+        method=arguments.method,
+        options=dict(_option(word) for word in arguments.option),
+        rng=arguments.seed,
+        maxfev=arguments.maxfev,
+        maxtime=arguments.maxtime,
+        stopval=arguments.stopval,
+        workers=arguments.workers,
+        checkpoint=arguments.checkpoint,
+        progress=not arguments.quiet and sys.stderr.isatty(),
+        frozen=_pairs(arguments.freeze, "freeze", 1),
+        tied=_pairs(arguments.tie, "tie", 0),
+        start=start,
+        risk=arguments.risk,
+    )
+    result.controller.save(arguments.output)
+    if arguments.result:
+        result.to_json(arguments.result)
+    if arguments.plot:
+        result.plot().figure.savefig(arguments.plot)
+    if not arguments.quiet:
+        print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
+        print(f"seed {result.seed}. {result.message}")
+        for name, value in zip(result.parameters, result.x, strict=True):
+            print(f"  {name:12} {value:.10g}")
+        print(f"written: {arguments.output}")
+    return 0 if result.success else EXIT_INTERRUPTED
+
+
+def _add_tune(commands: Any) -> None:
+    parser = commands.add_parser(
+        "tune",
+        help="search for a controller's gains and orders",
+        description="Searches for the gains and orders of least cost (eq. 41) and writes them as a "
+        "controller file, which nfopidn_sim --controller reads.",
+    )
+    add = parser.add_argument
+    add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
+    add(
+        "--scenario",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="scenario file; may be given several times; default: the published scenario",
+    )
+    add(
+        "--structure",
+        default="paper",
+        help="paper, decoupled, incremental, extended or taps (%(default)s)",
+    )
+    add("--method", default="bfoa+", help="bfoa+ or bfoa (%(default)s)")
+    add("--option", action="append", default=[], metavar="NAME=NUMBER", help="of the method")
+    add("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="of a parameter")
+    add("--freeze", action="append", default=[], metavar="NAME=NUMBER", help="keep a parameter")
+    add("--tie", action="append", default=[], metavar="NAME=NAME", help="make one equal another")
+    add("--start", metavar="FILE", help="controller file to start from")
+    add(
+        "--risk",
+        type=float,
+        default=1.0,
+        help="share of the worst scenarios that counts (%(default)s: all)",
+    )
+    add("--seed", type=int, help="default: drawn, and printed")
+    add("--maxfev", type=int, help="evaluations (10000 for bfoa+, one schedule for bfoa)")
+    add("--maxtime", type=float, help="most time [s]")
+    add("--stopval", type=float, help="end at this cost")
+    add("--workers", type=int, default=1, help="threads (%(default)s)")
+    add("--checkpoint", metavar="FILE", help="go on from here after an interruption")
+    add("--result", metavar="FILE", help="write the whole result (JSON)")
+    add("--plot", metavar="FILE", help="draw the convergence")
+    add("--quiet", action="store_true", help="print nothing")
+    parser.set_defaults(run=_tune)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code: 0 done, 2 bad input, 130 interrupted."""
+    parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
+    parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_tune(commands)
+    arguments = parser.parse_args(words)
+    try:
+        return int(arguments.run(arguments))
+    except (ValueError, OSError, ImportError) as error:
+        print(f"nfopidn: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+
+
+if __name__ == "__main__":
+    sys.exit(main())

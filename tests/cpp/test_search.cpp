@@ -1,0 +1,230 @@
+// The searches: Passino's moves, budgets, resuming, and what they reach on known functions.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "nfopidn/bfoa.hpp"
+#include "nfopidn/bfoa_plus.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+// A function of each coordinate's distance from 0.3, with exact slopes on request.
+class Bowl : public Objective {
+ public:
+  explicit Bowl(bool gradient = false, bool cheap = false) : gradient_(gradient), cheap_(cheap) {}
+  void costs(const Points& points, double* costs) override {
+    for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = value(points.col(j));
+    asked += points.cols();
+  }
+  bool has_gradient() const override { return gradient_; }
+  bool is_cheap() const override { return cheap_; }
+  double gradient(const Point& point, double* slopes) override {
+    for (Eigen::Index i = 0; i < point.size(); ++i) slopes[i] = 2 * (point(i) - 0.3);
+    return value(point);
+  }
+  Eigen::Index asked = 0;
+
+ private:
+  static double value(const Point& point) { return (point.array() - 0.3).square().sum(); }
+  bool gradient_, cheap_;
+};
+
+// A bowl with many dents, so that where a search starts and jumps matters.
+class Waves : public Objective {
+ public:
+  explicit Waves(bool gradient) : gradient_(gradient) {}
+  void costs(const Points& points, double* costs) override {
+    for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = value(points.col(j));
+  }
+  bool has_gradient() const override { return gradient_; }
+  double gradient(const Point& point, double* slopes) override {
+    for (Eigen::Index i = 0; i < point.size(); ++i) {
+      const double z = point(i) - 0.3;
+      slopes[i] = 2 * z + 9 * std::sin(9 * z);
+    }
+    return value(point);
+  }
+
+ private:
+  static double value(const Point& point) {
+    const Eigen::ArrayXd z = point.array() - 0.3;
+    return (z.square() + 1 - (9 * z).cos()).sum();
+  }
+  bool gradient_;
+};
+
+Box unit_box(Eigen::Index p) {
+  return {Point::Constant(p, -1), Point::Constant(p, 2), Point::Ones(p)};
+}
+
+SearchLimits evaluations(std::int64_t count) {
+  SearchLimits limits;
+  limits.evaluations = count;
+  return limits;
+}
+
+template <class Strategy, class... Rest>
+SearchResult minimise(Objective& objective, const SearchLimits& limits, const Rest&... rest) {
+  Search search(objective, unit_box(5), limits, 11);
+  Strategy(search, rest...).run();
+  return search.result;
+}
+
+void expect_same(const SearchResult& a, const SearchResult& b) {
+  EXPECT_EQ(a.cost, b.cost);
+  EXPECT_EQ(a.x, b.x);
+  EXPECT_EQ(a.evaluations, b.evaluations);
+  ASSERT_EQ(a.history.size(), b.history.size());
+  for (std::size_t i = 0; i < a.history.size(); ++i) {
+    EXPECT_EQ(a.history[i].mean, b.history[i].mean);
+    EXPECT_EQ(a.history[i].evaluations, b.history[i].evaluations);
+  }
+}
+
+TEST(Bfoa, HasARowAChemotacticStep) {
+  Bowl bowl;
+  const SearchResult result = minimise<Bfoa>(bowl, SearchLimits{}, BfoaOptions{});
+  EXPECT_EQ(result.history.size(), 3U * 4U * 14U);
+  EXPECT_EQ(result.reason, StopReason::schedule);
+  EXPECT_EQ(result.evaluations, bowl.asked);
+  EXPECT_LT(result.cost, 0.3);
+}
+
+// Points looked up ahead change nothing, not even the count.
+TEST(Bfoa, LookingAheadChangesNothing) {
+  Bowl plain, cheap(false, true);
+  expect_same(minimise<Bfoa>(plain, SearchLimits{}, BfoaOptions{}),
+              minimise<Bfoa>(cheap, SearchLimits{}, BfoaOptions{}));
+}
+
+TEST(Bfoa, KeepsItsBudgetExactly) {
+  for (const int budget : {1, 9, 10, 11, 64, 333}) {
+    for (const bool cheap : {false, true}) {
+      Bowl bowl(false, cheap);
+      const SearchResult result = minimise<Bfoa>(bowl, evaluations(budget), BfoaOptions{});
+      EXPECT_EQ(result.evaluations, budget);
+      EXPECT_EQ(result.reason, StopReason::evaluations);
+    }
+  }
+}
+
+TEST(BfoaPlus, KeepsItsBudgetExactly) {
+  for (const int budget : {1, 50, 333, 2000}) {
+    for (const bool gradient : {false, true}) {
+      Bowl bowl(gradient, true);
+      const SearchResult result = minimise<BfoaPlus>(bowl, evaluations(budget), BfoaPlusOptions{},
+                                                     static_cast<std::int64_t>(budget));
+      EXPECT_EQ(result.evaluations, budget);
+    }
+  }
+}
+
+TEST(BfoaPlus, FindsTheBottom) {
+  for (const bool gradient : {false, true}) {
+    Bowl bowl(gradient, true);
+    const SearchResult result =
+        minimise<BfoaPlus>(bowl, evaluations(2000), BfoaPlusOptions{}, std::int64_t{2000});
+    EXPECT_LT(result.cost, 1e-12);
+    EXPECT_LT((result.x.array() - 0.3).abs().maxCoeff(), 1e-6);
+  }
+}
+
+TEST(Search, StopsAtTheTargetAndWhenAsked) {
+  Bowl bowl;
+  SearchLimits limits;
+  limits.target = 0.5;
+  const SearchResult result = minimise<Bfoa>(bowl, limits, BfoaOptions{});
+  EXPECT_EQ(result.reason, StopReason::target);
+  EXPECT_LE(result.cost, 0.5);
+  Search search(bowl, unit_box(5), SearchLimits{}, 1);
+  int calls = 0;
+  search.set_callback([&](const SearchResult&) { return ++calls < 3; });
+  Bfoa(search, BfoaOptions{}).run();
+  EXPECT_EQ(search.result.reason, StopReason::callback);
+  EXPECT_EQ(search.result.history.size(), 3U);
+}
+
+// A search fed with the record of another one's first part goes on as that would have.
+TEST(Search, ResumesBitForBit) {
+  Bowl bowl;
+  Search whole(bowl, unit_box(5), evaluations(1500), 5);
+  BfoaPlus(whole, BfoaPlusOptions{}, 1500).run();
+  for (const std::size_t cut : {std::size_t{0}, std::size_t{400}, std::size_t{1200}}) {
+    Bowl other;
+    Search search(other, unit_box(5), evaluations(1500), 5);
+    search.resume({whole.record().begin(), whole.record().begin() + static_cast<long>(cut)});
+    BfoaPlus(search, BfoaPlusOptions{}, 1500).run();
+    expect_same(search.result, whole.result);
+    EXPECT_LE(other.asked, static_cast<Eigen::Index>(whole.record().size() - cut) + 100);
+  }
+}
+
+TEST(Search, StopsAtNaN) {
+  class Broken : public Objective {
+   public:
+    void costs(const Points& points, double* costs) override {
+      for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = std::nan("");
+    }
+  } broken;
+  const SearchResult result = minimise<Bfoa>(broken, SearchLimits{}, BfoaOptions{});
+  EXPECT_EQ(result.reason, StopReason::not_a_number);
+}
+
+// Every option changes the history.
+template <class Options, class Run>
+void expect_knobs(const Run& run, const std::map<std::string, double>& other_values,
+                  const std::string& without_say = "") {
+  const SearchResult before = run(Options{});
+  Options::fields([&](const auto& field) {
+    if (field.name == without_say) return;
+    ASSERT_EQ(other_values.count(field.name), 1U) << field.name;
+    Options options;
+    auto& member = options.*field.member;
+    member = static_cast<std::decay_t<decltype(member)>>(other_values.at(field.name));
+    const SearchResult after = run(options);
+    EXPECT_FALSE(after.cost == before.cost && after.evaluations == before.evaluations &&
+                 after.population_costs == before.population_costs)
+        << field.name;
+  });
+}
+
+TEST(Bfoa, EveryKnobTurnsSomething) {
+  expect_knobs<BfoaOptions>(
+      [](const BfoaOptions& options) {
+        Bowl bowl;
+        return minimise<Bfoa>(bowl, SearchLimits{}, options);
+      },
+      {{"cells", 8},
+       {"chemotactic_steps", 9},
+       {"swims", 2},
+       {"reproductions", 2},
+       {"dispersals", 2},
+       {"dispersal_probability", 0.9},
+       {"step", 0.02},
+       {"attractant_depth", 5},
+       {"attractant_width", 9},
+       {"repellent_height", 5},
+       {"repellent_width", 0.1}});
+}
+
+TEST(BfoaPlus, EveryKnobTurnsSomething) {
+  std::map<std::string, double> values = {
+      {"cells", 20},  {"first_points", 60},    {"differential_share", 0.2},
+      {"step", 0.01}, {"foraging_share", 0.2}, {"finishers", 1},
+      {"jump", 0.01}};
+  for (const bool gradient : {true, false}) {
+    expect_knobs<BfoaPlusOptions>(
+        [&](const BfoaPlusOptions& options) {
+          Waves waves(gradient);
+          return minimise<BfoaPlus>(waves, evaluations(3000), options, std::int64_t{3000});
+        },
+        values, gradient ? "blind_foraging_share" : "foraging_share");
+    values.erase("foraging_share");
+    values["blind_foraging_share"] = 0.5;
+  }
+}
+
+}  // namespace
+}  // namespace nfopidn::test
