@@ -11,11 +11,12 @@ from nfopidn._core import (
     simulate,
 )
 from nfopidn._search import Forager, OptimizeResult, bfoa
-from nfopidn._tuning import TuneResult, default_bounds, tune
+from nfopidn._tuning import Objective, TuneResult, default_bounds, tune
 
 __all__ = [
     "Controller",
     "Forager",
+    "Objective",
     "OptimizeResult",
     "Robot",
     "Scenario",

@@ -391,6 +391,22 @@ class SimulationResult:
 def simulate(
     scenario: Scenario | None = None, controller: Controller | None = None
 ) -> SimulationResult: ...
+@final
+class CostFunction:
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        controller: Controller,
+        parameters: str,
+        source: Sequence[int],
+        fixed: Sequence[float],
+        dimension: int,
+        risk: float,
+        threads: int,
+    ) -> None: ...
+    def costs(self, points: _Rows) -> _Array: ...
+    def gradient(self, x: _Numbers) -> tuple[float, _Array]: ...
+
 def search_function(function: Callable[..., Any], request: dict[str, Any]) -> dict[str, Any]: ...
 def search_controller(
     scenarios: Sequence[Scenario],

@@ -197,6 +197,75 @@ def _pair(name: str, pair: Any) -> tuple[float, float]:
         raise ValueError(f"bounds of {name} are {pair!r}; must be (low, high)") from None
 
 
+class Objective:
+    """A controller's cost as a function of its free parameters, for any optimiser.
+
+    Many points at once run on wide instructions: costs(points) is the fast way.
+
+    >>> objective = Objective(structure="decoupled")
+    >>> x = objective.parameters_of(Controller.published())
+    >>> objective(x) == objective.costs([x])[0]
+    True
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | Sequence[Scenario] | None = None,
+        *,
+        structure: str | Mapping[str, Any] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | ArrayLike | None = None,
+        frozen: Mapping[str, float] | None = None,
+        tied: Mapping[str, str] | None = None,
+        risk: float = 1.0,
+        workers: int = 1,
+    ) -> None:
+        """Take the arguments of tune()."""
+        self._search = _search(structure, bounds, frozen, tied)
+        _check_share(risk, workers)
+        search = self._search
+        #: Names of the free parameters, p of them.
+        self.parameters = search.names
+        #: (p, 2): low and high of each.
+        self.bounds = np.column_stack([search.low, search.high])
+        self._function = _core.CostFunction(
+            _scenarios(scenario),
+            search.base,
+            search.parameters,
+            search.source,
+            search.fixed,
+            len(search.names),
+            float(risk),
+            int(workers),
+        )
+
+    def __call__(self, x: ArrayLike) -> float:
+        """Give the cost (eq. 41) of a point (p,)."""
+        return float(self._function.costs(np.array(x, dtype=float)[None, :])[0])
+
+    def costs(self, points: ArrayLike) -> Array:
+        """Give the costs (n,) of points (n, p)."""
+        return self._function.costs(np.array(points, dtype=float))
+
+    def gradient(self, x: ArrayLike) -> tuple[float, Array]:
+        """Give the cost at x (p,) and its exact partial derivatives (p,)."""
+        return self._function.gradient(np.array(x, dtype=float))
+
+    def controller(self, x: ArrayLike) -> Controller:
+        """Give the controller that x (p,) stands for."""
+        return self._search.controller(np.array(x, dtype=float))
+
+    def parameters_of(self, controller: Controller) -> Array:
+        """Give the free parameters (p,) that a controller has."""
+        return self._search.start(controller)
+
+
+def _check_share(risk: float, workers: int) -> None:
+    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
+        raise ValueError(f"workers is {workers}; must be a whole number of at least 1")
+    if not 0 <= risk <= 1:
+        raise ValueError(f"risk is {risk}; must be in [0, 1]")
+
+
 def tune(
     scenario: Scenario | Sequence[Scenario] | None = None,
     *,
@@ -258,10 +327,7 @@ def tune(
     settings = check_settings(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress)
     scenarios = _scenarios(scenario)
     search = _search(structure, bounds, frozen, tied)
-    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
-        raise ValueError(f"workers is {workers}; must be a whole number of at least 1")
-    if not 0 <= risk <= 1:
-        raise ValueError(f"risk is {risk}; must be in [0, 1]")
+    _check_share(risk, workers)
     if start is not None and not isinstance(start, Controller):
         raise ValueError("start must be a Controller")
     if start is not None and start.memory != search.base.memory:

@@ -54,6 +54,7 @@ SETTINGS = {
 }
 FILES = {"--scenario", "--controller"}
 OUTPUTS = {"--out", "--save-scenario", "--save-controller", "--json", "--quiet"}
+TUNING = {"--tune", "--structure", "--maxfev", "--tune-seed"}  # test_tuning_commands.py
 PROGRAM = {"--help", "--version"}
 
 
@@ -85,7 +86,7 @@ def metrics(sim, tmp_path):
 
 
 def test_every_option_is_covered_here(options):
-    assert set(options) == set(SETTINGS) | FILES | OUTPUTS | PROGRAM
+    assert set(options) == set(SETTINGS) | FILES | OUTPUTS | PROGRAM | TUNING
 
 
 @pytest.mark.parametrize("option", SETTINGS)

@@ -3,8 +3,9 @@
 // Cells start from a Latin hypercube, half of it drawn towards the box's lower corner, where a
 // controller's gains are small and its loop is stable. They compare costs by rank only, so that
 // diverging ones drown nothing. A cell tumbles in few coordinates by a step that adapts to its
-// success, and swims on while that pays; or it tumbles along differences between cells, with a
-// reach and a share of coordinates learnt from what succeeded. It never moves to a worse place. A
+// success, and swims on while that pays; or it tumbles along differences between cells of its
+// colony, with a reach and a share of coordinates learnt from what succeeded. Colonies do not see
+// each other, so that they end in different valleys. A cell never moves to a worse place. A
 // quasi-Newton descent finishes from the best cells, and from jumps away from the best point.
 #pragma once
 
@@ -14,6 +15,8 @@ namespace nfopidn {
 
 struct BfoaPlusOptions {
   int cells = 40;
+  int blind_cells = 20;
+  int colonies = 4;
   int first_points = 300;
   double differential_share = 0.65;
   double step = 0.1;
@@ -25,7 +28,11 @@ struct BfoaPlusOptions {
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
     using B = BfoaPlusOptions;
-    visit(field("cells", &B::cells, "", between(4, 10000), "cells"));
+    visit(field("cells", &B::cells, "", between(4, 10000), "cells, with exact gradients"));
+    visit(field("blind_cells", &B::blind_cells, "", between(4, 10000),
+                "cells, without gradients: fewer live longer"));
+    visit(field("colonies", &B::colonies, "", between(1, 1000),
+                "groups of cells, each of at least 4, that do not see each other"));
     visit(field("first_points", &B::first_points, "", between(4, 1e6),
                 "points of the Latin hypercube; the best become cells"));
     visit(field("differential_share", &B::differential_share, "", between(0, 1),
@@ -91,7 +98,9 @@ class BfoaPlus {
     if (search_.start.size() != 0) surround(search_.box().to_unit(search_.start), points);
     const Eigen::VectorXd costs = search_.evaluate(points);
     const std::vector<Eigen::Index> order = ranking(costs);
-    const Eigen::Index cells = std::min<Eigen::Index>(options_.cells, count);
+    const int wanted_cells =
+        search_.objective().has_gradient() ? options_.cells : options_.blind_cells;
+    const Eigen::Index cells = std::min<Eigen::Index>(wanted_cells, count);
     cells_.resize(p, cells);
     costs_.resize(cells);
     for (Eigen::Index k = 0; k < cells; ++k) {
@@ -162,10 +171,24 @@ class BfoaPlus {
     share_ = 0.9 * share_ + 0.1 * share_sum / successes;
   }
 
-  // Towards one of the best fifth and along the difference of two cells, in some coordinates.
+  // The cells of k's colony, in the order given.
+  std::vector<Eigen::Index> colony(Eigen::Index k, const std::vector<Eigen::Index>& order) const {
+    const Eigen::Index most = std::max<Eigen::Index>(1, cells_.cols() / 4);
+    const Eigen::Index colonies = std::min<Eigen::Index>(options_.colonies, most);
+    std::vector<Eigen::Index> own;
+    for (const Eigen::Index i : order) {
+      if (i % colonies == k % colonies) own.push_back(i);
+    }
+    return own;
+  }
+
+  // Towards one of the colony's best fifth and along the difference of two of its cells, in some
+  // coordinates.
   Point differential(Eigen::Index k, const std::vector<Eigen::Index>& order, double& reach,
                      double& share) {
-    const Eigen::Index count = cells_.cols();
+    const std::vector<Eigen::Index> mates = colony(k, order);
+    const auto count = static_cast<Eigen::Index>(mates.size());
+    const auto any = [&] { return mates[static_cast<std::size_t>(pick(count))]; };
     do {
       const Heading<double> h =
           math<double>::heading(math<double>::pi * (uniform() - 0.5));  // Cauchy: a tangent
@@ -174,10 +197,10 @@ class BfoaPlus {
     reach = std::min(reach, 1.0);
     share = std::min(1.0, std::max(0.0, share_ + 0.1 * search_.random.normal()));
     const Eigen::Index leader =
-        order[static_cast<std::size_t>(pick(std::max<Eigen::Index>(2, count / 5)))];
+        mates[static_cast<std::size_t>(pick(std::max<Eigen::Index>(2, count / 5)))];
     Eigen::Index a = k, b = k;
-    while (a == k) a = pick(count);
-    while (b == k || b == a) b = pick(count);
+    while (a == k) a = any();
+    while (b == k || b == a) b = any();
     const Point own = cells_.col(k);
     const Point target =
         own + reach * (cells_.col(leader) - own) + reach * (cells_.col(a) - cells_.col(b));

@@ -215,6 +215,52 @@ py::dict search_controller(const std::vector<const Scenario*>& scenarios,
   return run_search(objective, request, tuning_bend(request.low));
 }
 
+// A controller's cost as a function of its free parameters, for other optimisers.
+class PyObjective {
+ public:
+  PyObjective(std::vector<Scenario> scenarios, const PyController& controller,
+              const std::string& parameters, const std::vector<int>& source,
+              const std::vector<double>& fixed, int dimension, double risk, int threads)
+      : scenarios_(std::move(scenarios)),
+        dimension_(dimension),
+        objective_(pointers(), structure_of(controller, parameters), {source, fixed}, dimension,
+                   risk, threads) {}
+
+  py::array_t<double> costs(const RowPoints& points) {
+    if (points.cols() != dimension_) {
+      throw py::value_error("points have " + std::to_string(points.cols()) +
+                            " columns; must have " + std::to_string(dimension_));
+    }
+    const Points columns = points.transpose();
+    py::array_t<double> result(points.rows());
+    double* const costs = result.mutable_data();
+    const py::gil_scoped_release release;
+    objective_.costs(columns, costs);
+    return result;
+  }
+  std::pair<double, Eigen::VectorXd> gradient(const Eigen::VectorXd& x) {
+    if (x.size() != dimension_) {
+      throw py::value_error("x has " + std::to_string(x.size()) + " numbers; must have " +
+                            std::to_string(dimension_));
+    }
+    Eigen::VectorXd slopes(x.size());
+    const py::gil_scoped_release release;
+    const double cost = objective_.gradient(x, slopes.data());
+    return {cost, std::move(slopes)};
+  }
+
+ private:
+  std::vector<const Scenario*> pointers() const {
+    std::vector<const Scenario*> result;
+    for (const Scenario& scenario : scenarios_) result.push_back(&scenario);
+    return result;
+  }
+
+  std::vector<Scenario> scenarios_;
+  int dimension_;
+  TuneObjective objective_;
+};
+
 py::tuple structure_by_name(const std::string& name) {
   StructureName choice{};
   Outcome outcome;
@@ -263,6 +309,17 @@ py::dict defaults_of(const std::string& method) {
 }  // namespace
 
 void bind_tuning(py::module_& module) {
+  py::class_<PyObjective>(module, "CostFunction", py::is_final())
+      .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
+                    const std::vector<int>&, const std::vector<double>&, int, double, int>(),
+           "CostFunction(scenarios, controller, parameters, source, fixed, dimension, risk, "
+           "threads)\n--\n\nWhat nfopidn.Objective is made of.",
+           py::arg("scenarios"), py::arg("controller"), py::arg("parameters"), py::arg("source"),
+           py::arg("fixed"), py::arg("dimension"), py::arg("risk"), py::arg("threads"))
+      .def("costs", &PyObjective::costs, "costs(self, points)\n--\n\n(n, p) to (n,).",
+           py::arg("points"))
+      .def("gradient", &PyObjective::gradient,
+           "gradient(self, x)\n--\n\nThe cost at x, and its partial derivatives.", py::arg("x"));
   module.def("search_function", &search_function, py::arg("function"), py::arg("request"));
   module.def("search_controller", &search_controller, py::arg("scenarios"), py::arg("controller"),
              py::arg("parameters"), py::arg("source"), py::arg("fixed"), py::arg("risk"),

@@ -1,0 +1,396 @@
+"""bfoa+ and bfoa beside general optimisers, at the same number of evaluations and the same cost.
+
+    python bench/optimisers.py                      our searches on every structure
+    python bench/optimisers.py --rivals             and the general optimisers on the first
+    python bench/optimisers.py --functions          the analytic test functions
+    python bench/optimisers.py --ablation           what each ingredient of bfoa+ is worth
+    python bench/optimisers.py --tuners             time beside NiaPy and mealpy, on a numba loop
+
+Rivals that are not installed are left out. All get blocks of points or gradients-free calls of
+nfopidn.Objective, which costs them far less than their own objective would.
+"""
+
+import argparse
+import sys
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+import nfopidn
+import numpy as np
+
+BUDGET = 10_000
+PAPER = "positional, paper allocation"
+CONTINUOUS = {"heading": "continuous"}
+FAST = {"heading": "continuous", "period": 50.0}
+WIDE = {f"ki_{channel}": (0.0, 3.0) for channel in ("x", "y", "theta")}
+
+# Structure, changes of the published scenario, bounds, bar of the median, bar of the worst seed.
+ROWS: dict[str, tuple[str, Mapping[str, Any], Mapping[str, Any] | None, float, float]] = {
+    PAPER: ("paper", {}, None, 0.0230, 0.030),
+    "incremental, integral gains to 0.3": ("incremental", {}, None, 0.01722, 0.0175),
+    "incremental, gains to 3": ("incremental", {}, WIDE, 0.0180, np.inf),
+    "positional, decoupled": ("decoupled", {}, None, 0.0178, np.inf),
+    "extended": ("extended", {}, None, 0.01570, 0.0160),
+    "extended, continuous heading": ("extended", CONTINUOUS, None, 0.01362, np.inf),
+    "extended, 50 s a lap": ("extended", FAST, None, 0.0459, np.inf),
+    "free taps": ("taps", {}, None, 0.0151, np.inf),
+    "free taps, continuous heading": ("taps", CONTINUOUS, None, 0.0137, np.inf),
+    "free taps, 50 s a lap": ("taps", FAST, None, 0.0461, np.inf),
+}
+
+Block = Callable[[np.ndarray], np.ndarray]
+Run = Callable[[Block, np.ndarray, int], float]
+
+
+class Counted:
+    """A block objective that keeps the best, and refuses more than the budget."""
+
+    def __init__(self, block: Block) -> None:
+        self.block = block
+        self.left = BUDGET
+        self.best = np.inf
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Costs; of points beyond the budget infinity."""
+        points = np.atleast_2d(points)
+        costs = np.full(len(points), np.inf)
+        if self.left > 0:
+            costs[: self.left] = self.block(points[: self.left])
+            self.best = min(self.best, costs.min())
+            self.left -= len(points)
+        return costs
+
+    def one(self, x: np.ndarray) -> float:
+        """The cost of a point."""
+        if self.left <= 0:
+            raise OutOfBudgetError
+        return float(self(x)[0])
+
+
+class OutOfBudgetError(Exception):
+    """Ends an optimiser that counts its evaluations otherwise."""
+
+
+def random_search(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """Uniform points."""
+    rng = np.random.default_rng(seed)
+    counted(rng.uniform(box[:, 0], box[:, 1], (BUDGET, len(box))))
+
+
+def differential_evolution(counted: Counted, box: np.ndarray, seed: int, members: int = 15) -> None:
+    """SciPy's, `members` times the dimension."""
+    optimize = import_module("scipy.optimize")
+    optimize.differential_evolution(
+        counted.one, box, rng=seed, maxiter=10**6, popsize=members, tol=0, atol=0, polish=False
+    )
+
+
+def small_differential_evolution(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """SciPy's with about 50 members."""
+    differential_evolution(counted, box, seed, round(50 / len(box)))
+
+
+def dual_annealing(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """SciPy's."""
+    import_module("scipy.optimize").dual_annealing(counted.one, box, rng=seed, maxiter=10**6)
+
+
+def pycma(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """CMA-ES in the unit box, restarted with twice the population."""
+    cma = import_module("cma")
+    low, span = box[:, 0], box[:, 1] - box[:, 0]
+    rng = np.random.default_rng(seed)
+    members = 4 + int(3 * np.log(len(box)))
+    while counted.left > 0:
+        options = {"seed": int(rng.integers(1, 2**31)), "bounds": [0, 1], "verbose": -9}
+        strategy = cma.CMAEvolutionStrategy(
+            rng.uniform(size=len(box)), 0.3, {**options, "popsize": members}
+        )
+        while not strategy.stop() and counted.left > 0:
+            points = np.array(strategy.ask())
+            costs = counted(low + span * points)
+            strategy.tell(list(points), list(np.where(np.isfinite(costs), costs, 1e9)))
+        members *= 2
+
+
+def pagmo(name: str, counted: Counted, box: np.ndarray, seed: int) -> None:
+    """One of pygmo's algorithms."""
+    pygmo = import_module("pygmo")
+
+    class Problem:
+        def fitness(self, x: np.ndarray) -> list[float]:
+            return [counted.one(x)]
+
+        def get_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+            return box[:, 0], box[:, 1]
+
+    members = 20
+    make = {"cmaes": pygmo.cmaes, "sade": pygmo.sade}[name]
+    extra = {"force_bounds": True} if name == "cmaes" else {}
+    algorithm = pygmo.algorithm(make(gen=BUDGET // members + 1, seed=seed, **extra))
+    algorithm.evolve(pygmo.population(pygmo.problem(Problem()), members, seed=seed))
+
+
+def pygmo_cmaes(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """Pygmo's CMA-ES."""
+    pagmo("cmaes", counted, box, seed)
+
+
+def pygmo_sade(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """Pygmo's self-adaptive differential evolution."""
+    pagmo("sade", counted, box, seed)
+
+
+def niapy_bfo(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """NiaPy's bacterial foraging."""
+    algorithms = import_module("niapy.algorithms.basic")
+    problems, task = import_module("niapy.problems"), import_module("niapy.task")
+
+    class Problem(problems.Problem):
+        def __init__(self) -> None:
+            super().__init__(dimension=len(box), lower=box[:, 0], upper=box[:, 1])
+
+        def _evaluate(self, x: np.ndarray) -> float:
+            return counted.one(x)
+
+    search = algorithms.BacterialForagingOptimization(seed=seed)
+    search.run(task.Task(problem=Problem(), max_evals=BUDGET))
+
+
+def mealpy_bfo(counted: Counted, box: np.ndarray, seed: int) -> None:
+    """Mealpy's bacterial foraging."""
+    space = import_module("mealpy").FloatVar(lb=box[:, 0], ub=box[:, 1])
+    problem = {"obj_func": counted.one, "bounds": space, "minmax": "min", "log_to": None}
+    bfo = import_module("mealpy.swarm_based.BFO").OriginalBFO(epoch=10**6)
+    bfo.solve(problem, seed=seed)
+
+
+RIVALS = {
+    "random search": random_search,
+    "pycma with restarts": pycma,
+    "pygmo cmaes": pygmo_cmaes,
+    "pygmo sade": pygmo_sade,
+    "SciPy differential evolution": differential_evolution,
+    "the same, about 50 members": small_differential_evolution,
+    "SciPy dual annealing": dual_annealing,
+    "NiaPy BFO": niapy_bfo,
+    "mealpy BFO": mealpy_bfo,
+}
+
+
+def rival_costs(rival: Any, block: Block, box: np.ndarray, seeds: int) -> list[float]:
+    """The best cost of each seed; empty if the rival is not installed."""
+    costs = []
+    for seed in range(1, seeds + 1):
+        counted = Counted(block)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                rival(counted, box, seed)
+        except OutOfBudgetError:
+            pass
+        except ImportError as missing:
+            print(f"  left out: {missing}", file=sys.stderr)
+            return []
+        costs.append(counted.best)
+    return costs
+
+
+def show(name: str, costs: list[float], seconds: float, bar: str = "") -> None:
+    """Print a row: median, quartiles, worst, time a search."""
+    if not costs:
+        return
+    low, median, high = np.percentile(costs, [25, 50, 75])
+    print(
+        f"{name:36} {median:11.5g} {low:11.5g} {high:11.5g} {max(costs):11.5g}"
+        f" {seconds / len(costs):8.3f}  {bar}",
+        flush=True,
+    )
+
+
+def header(title: str) -> None:
+    """Print the columns' names."""
+    print(f"\n{title}\n")
+    print(f"{'':36} {'median':>11} {'quartile':>11} {'quartile':>11} {'worst':>11} {'s each':>8}")
+
+
+def tuned(row: str, seeds: int, **arguments: Any) -> list[float]:
+    """Our costs on a row of the table."""
+    structure, changes, bounds, _, _ = ROWS[row]
+    scenario = nfopidn.Scenario.published(rng=0, **changes)
+    return [
+        nfopidn.tune(scenario, structure=structure, bounds=bounds, rng=seed, **arguments).fun
+        for seed in range(1, seeds + 1)
+    ]
+
+
+def structures(seeds: int) -> bool:
+    """Our searches on every structure, against the bars; whether all are met."""
+    header(f"bfoa+, {BUDGET} evaluations, {seeds} seeds")
+    met = True
+    for row, (_, _, _, bar, worst_bar) in ROWS.items():
+        start = time.perf_counter()
+        costs = tuned(row, seeds, maxfev=BUDGET)
+        good = np.median(costs) <= bar and max(costs) <= worst_bar
+        met &= bool(good)
+        text = f"bar {bar:g}" + (f", worst {worst_bar:g}" if np.isfinite(worst_bar) else "")
+        show(row, costs, time.perf_counter() - start, text + ("" if good else "  MISSED"))
+    header(f"bfoa as printed, {PAPER}, {seeds} seeds")
+    for name, limit in (("one schedule", None), (f"{BUDGET} evaluations", BUDGET)):
+        options = {} if limit is None else {"dispersals": 100}
+        start = time.perf_counter()
+        costs = tuned(PAPER, seeds, method="bfoa", maxfev=limit, options=options)
+        good = limit is not None or np.median(costs) <= 0.060
+        met &= bool(good)
+        show(name, costs, time.perf_counter() - start, "" if limit else "bar 0.06")
+    return met
+
+
+def rivals(seeds: int) -> None:
+    """General optimisers on the first structure."""
+    header(f"{PAPER}, {BUDGET} evaluations, {seeds} seeds")
+    start = time.perf_counter()
+    show("bfoa+", tuned(PAPER, seeds, maxfev=BUDGET), time.perf_counter() - start)
+    objective = nfopidn.Objective(nfopidn.Scenario.published(rng=0))
+    for name, rival in RIVALS.items():
+        start = time.perf_counter()
+        costs = rival_costs(rival, objective.costs, objective.bounds, seeds)
+        show(name, costs, time.perf_counter() - start)
+
+
+def sphere(z: np.ndarray) -> np.ndarray:
+    """0 at 0."""
+    return (z**2).sum(1)
+
+
+def rosenbrock(z: np.ndarray) -> np.ndarray:
+    """0 at 0, at the end of a bent valley."""
+    w = z + 1
+    return (100 * (w[:, 1:] - w[:, :-1] ** 2) ** 2 + (1 - w[:, :-1]) ** 2).sum(1)
+
+
+def rastrigin(z: np.ndarray) -> np.ndarray:
+    """0 at 0, with a pit at all whole numbers."""
+    return (z**2 - 10 * np.cos(2 * np.pi * z) + 10).sum(1)
+
+
+def ackley(z: np.ndarray) -> np.ndarray:
+    """0 at 0, nearly flat far away."""
+    a = -20 * np.exp(-0.2 * np.sqrt((z**2).mean(1)))
+    return a - np.exp(np.cos(2 * np.pi * z).mean(1)) + 20 + np.e
+
+
+FUNCTIONS = {
+    "Sphere": (sphere, 5.12, 1e-12),
+    "Rosenbrock": (rosenbrock, 2.048, 1e-6),
+    "Rastrigin": (rastrigin, 5.12, 1.0),
+    "Ackley": (ackley, 32.0, 1e-10),
+}
+
+
+def functions(seeds: int, with_rivals: bool) -> bool:
+    """The analytic functions in 11 dimensions, shifted off the centre; whether all bars are met."""
+    met = True
+    for name, (function, half, bar) in FUNCTIONS.items():
+        shift = np.random.default_rng(99).uniform(-0.3, 0.3, 11) * half
+        box = np.tile([-half, half], (11, 1))
+
+        def block(points: np.ndarray, function: Any = function, at: Any = shift) -> np.ndarray:
+            return function(points - at)
+
+        header(f"{name}, 11 dimensions, {BUDGET} evaluations, {seeds} seeds")
+        start = time.perf_counter()
+        costs = [
+            nfopidn.bfoa(block, box, rng=seed, maxfev=BUDGET, vectorized=True).fun
+            for seed in range(1, seeds + 1)
+        ]
+        good = np.median(costs) <= bar
+        met &= bool(good)
+        text = f"bar {bar:g}" + ("" if good else "  MISSED")
+        show("bfoa+", costs, time.perf_counter() - start, text)
+        for rival_name, rival in RIVALS.items() if with_rivals else ():
+            start = time.perf_counter()
+            found = rival_costs(rival, block, box, seeds)
+            show(rival_name, found, time.perf_counter() - start)
+    return met
+
+
+ABLATION: dict[str, Mapping[str, Any]] = {
+    "as shipped": {},
+    "no differential tumbles": {"differential_share": 0.0},
+    "no sparse tumbles": {"differential_share": 1.0},
+    "no gradient finish": {"foraging_share": 1.0},
+    "gradient finish alone": {"foraging_share": 0.03},
+    "one descent, then jumps": {"finishers": 1},
+    "small jumps only": {"jump": 0.01},
+    "one colony": {"colonies": 1},
+    "two colonies": {"colonies": 2},
+    "20 cells": {"cells": 20},
+    "80 cells": {"cells": 80},
+    "few first points": {"first_points": 40},
+}
+
+
+def ablation(seeds: int) -> None:
+    """What each ingredient is worth."""
+    for row in (PAPER, "incremental, gains to 3", "extended"):
+        header(f"ablation of bfoa+: {row}, {BUDGET} evaluations, {seeds} seeds")
+        for name, options in ABLATION.items():
+            start = time.perf_counter()
+            costs = tuned(row, seeds, maxfev=BUDGET, options=options)
+            show(name, costs, time.perf_counter() - start)
+
+
+def tuners() -> None:
+    """Time of the same tuning with NiaPy's and mealpy's BFO on a numba loop."""
+    numba = import_module("numba")
+    loop = numba.njit(import_module("loops").compiled_loop)
+    scenario = nfopidn.Scenario.published(rng=0)
+    objective = nfopidn.Objective(scenario)
+    reference = scenario.reference
+
+    def cost(x: np.ndarray) -> float:
+        return float(loop(reference, objective.controller(x).taps))
+
+    def block(points: np.ndarray) -> np.ndarray:
+        return np.array([cost(x) for x in points])
+
+    block(objective.bounds.mean(1)[None, :])
+    start = time.perf_counter()
+    ours = nfopidn.tune(scenario, rng=1, maxfev=BUDGET)
+    own = time.perf_counter() - start
+    print(f"\n{'bfoa+':12} {own:8.3f} s, cost {ours.fun:.5f}")
+    for name, rival in (("NiaPy BFO", niapy_bfo), ("mealpy BFO", mealpy_bfo)):
+        start = time.perf_counter()
+        costs = rival_costs(rival, block, objective.bounds, 1)
+        taken = time.perf_counter() - start
+        if costs:
+            print(f"{name:12} {taken:8.3f} s, cost {costs[0]:.5f}, {taken / own:.0f} times as long")
+
+
+def main() -> int:
+    """Run what is asked for; 1 if a bar is missed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=25)
+    for option in ("rivals", "functions", "ablation", "tuners"):
+        parser.add_argument(f"--{option}", action="store_true")
+    arguments = parser.parse_args()
+    met = True
+    if arguments.functions:
+        met = functions(arguments.seeds, arguments.rivals)
+    elif arguments.rivals:
+        rivals(arguments.seeds)
+    elif arguments.ablation:
+        ablation(arguments.seeds)
+    elif arguments.tuners:
+        tuners()
+    else:
+        met = structures(arguments.seeds)
+    return 0 if met else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
