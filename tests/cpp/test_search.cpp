@@ -223,7 +223,7 @@ TEST(BfoaPlus, EveryKnobTurnsSomething) {
         },
         values,
         gradient ? std::set<std::string>{"blind_foraging_share", "blind_cells"}
-                 : std::set<std::string>{"foraging_share", "cells"});
+                 : std::set<std::string>{"foraging_share", "cells", "colonies", "finishers"});
     values.erase("foraging_share");
     values.erase("cells");
     values["blind_foraging_share"] = 0.5;

@@ -74,7 +74,7 @@ def test_the_fields_of_a_result(method):
     result = search(func, method=method, maxfev=700)
     assert isinstance(result, OptimizeResult)
     assert isinstance(result, dict)
-    cells = _core.default_options(method)["cells"]
+    cells = _core.default_options(method)["blind_cells" if method == "bfoa+" else "cells"]
     assert result.x.shape == (3,)
     assert result.population.shape == (cells, 3)
     assert result.population_energies.shape == (cells,)
@@ -201,9 +201,11 @@ def test_bad_arguments_are_refused(arguments, parts):
         ("bfoa", {"attractant_depth": -1}, ["attractant_depth is -1"]),
         ("bfoa", {"repellent_width": -1}, ["repellent_width is -1"]),
         ("bfoa", {"repellent_height": -1}, ["repellent_height is -1"]),
-        ("bfoa", {"finishers": 4}, ["finishers", "cells, chemotactic_steps"]),
+        ("bfoa", {"finishers": 4}, ["finishers", "known: cells, "]),
         ("bfoa", {"step": "long"}, ["step", "long", "number"]),
         ("bfoa+", {"cells": 3}, ["cells is 3", "[4, 10000]"]),
+        ("bfoa+", {"blind_cells": 3}, ["blind_cells is 3", "[4, 10000]"]),
+        ("bfoa+", {"colonies": 0}, ["colonies is 0", "[1, 1000]"]),
         ("bfoa+", {"first_points": 3}, ["first_points is 3"]),
         ("bfoa+", {"differential_share": 1.5}, ["differential_share is 1.5", "[0, 1]"]),
         ("bfoa+", {"step": 0}, ["step is 0"]),
@@ -211,7 +213,7 @@ def test_bad_arguments_are_refused(arguments, parts):
         ("bfoa+", {"blind_foraging_share": 2}, ["blind_foraging_share is 2", "[0, 1]"]),
         ("bfoa+", {"finishers": 0}, ["finishers is 0"]),
         ("bfoa+", {"jump": 0}, ["jump is 0"]),
-        ("bfoa+", {"swims": 4}, ["swims", "cells, first_points"]),
+        ("bfoa+", {"swims": 4}, ["swims", "known: cells, "]),
     ],
 )
 def test_bad_options_are_refused(method, options, parts):
@@ -243,7 +245,8 @@ KNOBS = {
         "repellent_width": (2, {}),
     },
     "bfoa+": {
-        "cells": (20, {}),
+        "blind_cells": (30, {}),
+        "colonies": (2, {}),
         "first_points": (30, {}),
         "differential_share": (0.2, {}),
         "step": (0.3, {}),
@@ -269,19 +272,20 @@ def test_every_option_changes_the_history(method, name):
     assert one.history.tolist() != other.history.tolist()
 
 
+WITH_GRADIENTS = {"foraging_share": 0.8, "cells": 30}
+
+
 def test_every_option_is_covered_here():
-    for method in METHODS:
-        known = set(_core.default_options(method))
-        assert known - {"foraging_share"} == set(KNOBS[method])
+    assert set(_core.default_options("bfoa")) == set(KNOBS["bfoa"])
+    assert set(_core.default_options("bfoa+")) == set(KNOBS["bfoa+"]) | set(WITH_GRADIENTS)
 
 
-def test_the_foraging_share_is_for_costs_with_gradients():
-    histories = [
-        nfopidn.tune(rng=1, maxfev=600, options={"foraging_share": share}).history.tolist()
-        for share in (0.4, 0.8)
-    ]
-    assert histories[0] != histories[1]
-    same(search(), search(options={"foraging_share": 0.8}))
+@pytest.mark.parametrize("name", WITH_GRADIENTS)
+def test_some_options_are_for_costs_with_gradients(name):
+    options = {name: WITH_GRADIENTS[name]}
+    one, other = (nfopidn.tune(rng=1, maxfev=600, options=o).history for o in ({}, options))
+    assert one.tolist() != other.tolist()
+    same(search(), search(options=options))
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -32,7 +32,8 @@ struct BfoaPlusOptions {
     visit(field("blind_cells", &B::blind_cells, "", between(4, 10000),
                 "cells, without gradients: fewer live longer"));
     visit(field("colonies", &B::colonies, "", between(1, 1000),
-                "groups of cells, each of at least 4, that do not see each other"));
+                "groups of cells, each of at least 4, that do not see each other; with exact "
+                "gradients"));
     visit(field("first_points", &B::first_points, "", between(4, 1e6),
                 "points of the Latin hypercube; the best become cells"));
     visit(field("differential_share", &B::differential_share, "", between(0, 1),
@@ -174,7 +175,9 @@ class BfoaPlus {
   // The cells of k's colony, in the order given.
   std::vector<Eigen::Index> colony(Eigen::Index k, const std::vector<Eigen::Index>& order) const {
     const Eigen::Index most = std::max<Eigen::Index>(1, cells_.cols() / 4);
-    const Eigen::Index colonies = std::min<Eigen::Index>(options_.colonies, most);
+    // Without gradients no descent follows that would make use of several valleys.
+    const int wanted = search_.objective().has_gradient() ? options_.colonies : 1;
+    const Eigen::Index colonies = std::min<Eigen::Index>(wanted, most);
     std::vector<Eigen::Index> own;
     for (const Eigen::Index i : order) {
       if (i % colonies == k % colonies) own.push_back(i);
