@@ -289,15 +289,13 @@ def test_the_executable_tunes_and_runs_the_result(structure, sim, tmp_path):
     assert cost < 0.05
 
 
-# Both are the same search, but of two compilations, whose roundings soon lead it apart; the first
-# four points, of which the best is the result, are the same.
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("structure", ["paper", "decoupled", "incremental", "extended"])
-def test_the_executable_s_first_points_are_those_of_tune(structure, seed, sim, tmp_path):
+@pytest.mark.parametrize("structure", ["paper", "decoupled", "incremental", "extended", "taps"])
+def test_the_executable_finds_what_tune_finds(structure, sim, tmp_path):
+    """To the last bit, if both are built from the same sources."""
     path = tmp_path / "controller.json"
-    words = ("--structure", structure, "--maxfev", "4", "--tune-seed", seed)
+    words = ("--structure", structure, "--maxfev", "600", "--tune-seed", "3")
     assert sim("--tune", *words, "--quiet", "--save-controller", path).returncode in (0, 3)
-    assert Controller.load(path) == tune(structure=structure, rng=seed, maxfev=4).controller
+    assert Controller.load(path) == tune(structure=structure, rng=3, maxfev=600).controller
 
 
 def test_the_executable_s_defaults(sim):
@@ -328,10 +326,10 @@ def test_the_executable_tunes_for_the_scenario_given(sim, tmp_path):
 
 def test_the_executable_tunes_with_other_settings(sim, tmp_path):
     path = tmp_path / "controller.json"
-    words = ("--memory", "3", "--activation", "linear", "--maxfev", "4")
+    words = ("--memory", "3", "--activation", "linear", "--maxfev", "200")
     assert sim("--tune", *words, "--quiet", "--save-controller", path).returncode in (0, 3)
     structure = {"memory": 3, "activation": "linear"}
-    assert Controller.load(path) == tune(structure=structure, rng=0, maxfev=4).controller
+    assert Controller.load(path) == tune(structure=structure, rng=0, maxfev=200).controller
 
 
 @pytest.mark.parametrize(
