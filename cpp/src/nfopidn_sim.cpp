@@ -101,13 +101,16 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->group("Tuning");
   app.add_option("--structure", arguments.structure,
                  "what is tuned: paper, decoupled, incremental, extended, taps (default paper)")
+      ->needs("--tune")
       ->group("Tuning")
       ->type_name("NAME");
   app.add_option("--maxfev", arguments.maxfev, "evaluations of the cost (default 10000)")
+      ->needs("--tune")
       ->group("Tuning")
       ->type_name("N")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53));
   app.add_option("--tune-seed", arguments.tune_seed, "seed of the search (default 0)")
+      ->needs("--tune")
       ->group("Tuning")
       ->type_name("N")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));

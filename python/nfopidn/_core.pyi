@@ -391,6 +391,7 @@ class SimulationResult:
 def simulate(
     scenario: Scenario | None = None, controller: Controller | None = None
 ) -> SimulationResult: ...
+
 @final
 class CostFunction:
     def __init__(

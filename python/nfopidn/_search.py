@@ -27,6 +27,7 @@ METHODS = ("bfoa+", "bfoa")
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
 DEFAULT_EVALUATIONS = 10_000
 UNLIMITED = 2**62
+WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
 MESSAGES = {
     "schedule": "The schedule is complete.",
@@ -127,12 +128,15 @@ def check_settings(
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
         maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
-    if isinstance(maxfev, bool) or int(maxfev) != maxfev or not 1 <= maxfev <= UNLIMITED:
+    if isinstance(maxfev, bool) or not 1 <= maxfev <= UNLIMITED or int(maxfev) != maxfev:
         raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62]")
     if maxtime is not None and not maxtime > 0:
         raise ValueError(f"maxtime is {maxtime}; must be greater than 0 s")
     if stopval is not None and np.isnan(stopval):
         raise ValueError(f"stopval is {stopval}; must be a number")
+    for name, value in dict(options or {}).items():
+        if isinstance(value, float | np.floating) and not np.isfinite(value):
+            raise ValueError(f"options: {name} is {value}; must be finite")
     path = "" if checkpoint is None else fspath(checkpoint)
     if checkpoint is not None and path == "":
         raise ValueError("checkpoint is empty; must be the name of a file")
@@ -153,7 +157,8 @@ def check_settings(
 
 def _seed(rng: Any, checkpoint: str) -> int:
     if rng is None:
-        return _seed_of_checkpoint(checkpoint) or secrets.randbits(32)
+        drawn = _seed_of_checkpoint(checkpoint)
+        return secrets.randbits(32) if drawn is None else drawn
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
     try:
@@ -165,13 +170,13 @@ def _seed(rng: Any, checkpoint: str) -> int:
     return seed
 
 
-def _seed_of_checkpoint(path: str) -> int:
-    """Give the drawn seed of the search that goes on, 0 if there is none."""
+def _seed_of_checkpoint(path: str) -> int | None:
+    """Give the seed of the search that goes on, None if there is none."""
     try:
         seed = json.loads(Path(path).read_text(encoding="utf-8"))["problem"]["seed"]
     except (OSError, ValueError, KeyError, TypeError):  # the core says what is wrong with the file
-        return 0
-    return seed if isinstance(seed, int) else 0
+        return None
+    return seed if isinstance(seed, int) else None
 
 
 def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
@@ -179,6 +184,8 @@ def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
     for name, a, b in zip(names, low, high, strict=True):
         if not (np.isfinite(a) and np.isfinite(b)):
             raise ValueError(f"bounds of {name} are ({a}, {b}); must be finite")
+        if abs(a) > WIDEST or abs(b) > WIDEST:
+            raise ValueError(f"bounds of {name} are ({a}, {b}); must be within +-{WIDEST:g}")
         if not a < b:
             raise ValueError(f"bounds of {name} are ({a}, {b}); the first must be the smaller")
 
@@ -239,6 +246,8 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
     result["status"] = list(MESSAGES).index(reason)
     result["message"] = MESSAGES[reason]
     error: BaseException | None = raised
+    if error is not None:
+        result["message"] = f"{type(error).__name__} was raised; this is the best so far."
     if error is None and fault:
         error = ValueError(f"checkpoint: {fault}")
     if error is None and reason == "not_a_number":
@@ -336,7 +345,7 @@ def _pointwise(
     stack: ExitStack,
 ) -> Callable[[Array], Array]:
     """Make a function of points from one of a point."""
-    mapping: Callable[..., Iterable[Any]] = map
+    mapping: Callable[..., Iterable[Any]] | None = None
     if callable(workers):
         mapping = workers
     elif isinstance(workers, bool) or int(workers) != workers or workers < 1:
@@ -345,7 +354,9 @@ def _pointwise(
         mapping = stack.enter_context(ProcessPoolExecutor(int(workers))).map
 
     def each(points: Array) -> Array:
-        return np.fromiter(mapping(func, points), dtype=float, count=len(points))
+        if mapping is None:  # a plain loop: through map a StopIteration of func would be lost
+            return np.array([float(func(point)) for point in points])
+        return np.array([float(cost) for cost in mapping(func, points)])
 
     return each
 

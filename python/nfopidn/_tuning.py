@@ -15,7 +15,10 @@ from numpy.typing import ArrayLike
 from nfopidn import _core
 from nfopidn._core import Controller, Scenario
 from nfopidn._search import (
+    DEFAULT_EVALUATIONS,
     HISTORY,
+    MESSAGES,
+    UNLIMITED,
     Array,
     Callback,
     OptimizeResult,
@@ -32,6 +35,9 @@ TUNING_VERSION = 1
 
 #: Share of a search for free taps that first looks for gains and orders to start from.
 START_SHARE = 0.4
+
+#: From this status on a search has been told to end, or its time is up.
+ENDED_EARLY = list(MESSAGES).index("time")
 
 
 class TuneResult(OptimizeResult):
@@ -50,7 +56,9 @@ class TuneResult(OptimizeResult):
         fields["controller"] = json.loads(self["controller"].to_json())
         fields["scenario"] = [json.loads(scenario.to_json()) for scenario in _list(self.scenario)]
         document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **fields}
-        Path(path).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        Path(path).write_text(
+            json.dumps(document, indent=1, default=_plain) + "\n", encoding="utf-8"
+        )
 
     @classmethod
     def from_json(cls, path: str | PathLike[str]) -> TuneResult:
@@ -67,16 +75,29 @@ class TuneResult(OptimizeResult):
                 raise ValueError(
                     f"must be a document {TUNING_FORMAT!r} of version {TUNING_VERSION}"
                 )
+            for key in ("fun", "nfev", "parameters", "seed", "message"):
+                fields[key]
             for key in ("x", "population", "population_energies"):
                 fields[key] = np.array(fields[key], dtype=float)
+            shape = (len(fields["population_energies"]), len(fields["x"]))
+            fields["population"] = fields["population"].reshape(shape)
             history = [tuple(row) for row in fields["history"]]
             fields["history"] = np.array(history, dtype=[(name, float) for name in HISTORY])
             fields["controller"] = Controller.from_json(json.dumps(fields["controller"]))
             scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
+            if not scenarios:
+                raise ValueError("scenario is empty")
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
+
+
+def _plain(value: Any) -> Any:
+    """Give what JSON can hold for what NumPy has made."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in a file")
 
 
 def _list(scenario: Scenario | Sequence[Scenario]) -> list[Scenario]:
@@ -101,6 +122,8 @@ class Search:
 
     def start(self, controller: Controller) -> Array:
         """Give the free parameters that a controller has."""
+        if controller.gains is None and self.parameters != "taps":
+            raise ValueError("start has free taps; the structure needs gains and orders")
         every = _core.parameters(self.base, self.parameters, controller)
         x = np.zeros(len(self.names))
         for value, place in reversed(list(zip(every, self.source, strict=True))):
@@ -155,11 +178,15 @@ def _search(
     fixed = [0.0] * len(names)
     leader = list(range(len(names)))
     for name, value in dict(frozen or {}).items():
+        if not np.isfinite(value):
+            raise ValueError(f"frozen: {name} is {value}; must be finite")
         place = _known(name, names, "frozen")
         fixed[place] = float(value)
         leader[place] = -1
     for name, other in dict(tied or {}).items():
         place, first = _known(name, names, "tied"), _known(other, names, "tied")
+        if place == first:
+            raise ValueError(f"tied leads {name!r} to itself")
         if leader[place] != place:
             raise ValueError(f"tied names {name!r}, which is frozen or tied already")
         if leader[first] != first or place in leader[:place] + leader[place + 1 :]:
@@ -332,10 +359,14 @@ def tune(
         raise ValueError("start must be a Controller")
     if start is not None and start.memory != search.base.memory:
         raise ValueError(f"start has memory {start.memory}; must have {search.base.memory}")
-    spent = 0
+    before: TuneResult | None = None
     if start is None and search.parameters == "taps":
-        found = _first_gains(scenarios, structure, settings, workers, risk)
-        start, spent = found.controller, found.nfev
+        before = _first_gains(
+            scenarios, structure, settings, callback, {"workers": workers, "risk": risk}
+        )
+        start = before.controller
+        if before.status >= ENDED_EARLY or before.nfev >= settings.maxfev:
+            return _as_taps(before, search, structure)
     problem = {
         "kind": "tune",
         "scenario": [json.loads(one.to_json()) for one in scenarios],
@@ -348,7 +379,9 @@ def tune(
     first = None if start is None else search.start(start)
     problem["start"] = None if first is None else first.tolist()
     request = settings.request(search.low, search.high, problem)
-    request["maxfev"] = max(1, settings.maxfev - spent)
+    if before is not None:
+        request["maxfev"] -= before.nfev
+        request["maxtime"] = max(request["maxtime"] - before.elapsed, 1e-9)
     request["start"] = first
     reply, raised = run(
         lambda request: _core.search_controller(
@@ -366,7 +399,6 @@ def tune(
         callback,
         "tune",
     )
-    reply["nfev"] += spent
     result = TuneResult(
         seed=settings.seed,
         structure="paper" if structure is None else structure,
@@ -376,8 +408,17 @@ def tune(
         scenario=scenarios[0] if len(scenarios) == 1 else scenarios,
         controller=search.controller(reply["x"]),
     )
+    if before is not None:
+        reply["nfev"] += before.nfev
+        reply["elapsed"] += before.elapsed
+        reply["history"][:, HISTORY.index("nfev")] += before.nfev
+        reply["history"] = np.vstack([_rows(before.history), reply["history"]])
     finish(result, reply, raised)
     return result
+
+
+def _rows(history: Any) -> Array:
+    return np.column_stack([history[name] for name in HISTORY])
 
 
 def _scenarios(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenario]:
@@ -395,16 +436,34 @@ def _first_gains(
     scenarios: list[Scenario],
     structure: str | Mapping[str, Any] | None,
     settings: Settings,
-    workers: int,
-    risk: float,
+    callback: Callback | None,
+    shared: Mapping[str, Any],
 ) -> TuneResult:
     """Find gains and orders from which a search for free taps starts."""
     chosen, _ = _structure(structure)
+    budget = DEFAULT_EVALUATIONS if settings.maxfev == UNLIMITED else settings.maxfev
     return tune(
         scenarios,
         structure={**chosen, "parameters": "orders-by-channel"},
         rng=settings.seed,
-        maxfev=max(1, int(START_SHARE * min(settings.maxfev, 10**6))),
-        workers=workers,
-        risk=risk,
+        maxfev=max(1, int(START_SHARE * budget)),
+        maxtime=None if np.isinf(settings.maxtime) else settings.maxtime,
+        stopval=None if np.isinf(settings.stopval) else settings.stopval,
+        callback=callback,
+        progress=settings.progress,
+        **shared,
     )
+
+
+def _as_taps(found: TuneResult, search: Search, structure: Any) -> TuneResult:
+    """Give a search that ended with gains and orders as one for taps."""
+    x = search.start(found.controller)
+    found.update(
+        x=x,
+        structure=structure,
+        parameters=search.names,
+        controller=search.controller(x),
+        population=x[None, :],
+        population_energies=np.array([found.fun]),
+    )
+    return found

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import nfopidn
@@ -26,19 +28,32 @@ def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
             read = tuple(float(part) for part in parts) if numbers else value
         except ValueError:
             raise ValueError(f"--{option} {word}: {value} is no number") from None
+        if numbers and not all(isfinite(float(number)) for number in read):
+            raise ValueError(f"--{option} {word}: must be finite")
         result[name] = read[0] if numbers == 1 else read
     return result
 
 
-def _option(word: str) -> tuple[str, float]:
-    name, _, value = word.partition("=")
-    number = float(value)
-    return name, int(number) if number.is_integer() else number
+def _options(words: Sequence[str]) -> dict[str, float]:
+    pairs = _pairs(words, "option", 1)
+    return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
+
+
+def _check_picture(path: str | None) -> None:
+    """Refuse a picture's name that matplotlib has no format for, before any work."""
+    if path is None:
+        return
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    known = FigureCanvasBase.get_supported_filetypes()
+    if Path(path).suffix[1:].lower() not in known:
+        raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
 
 
 def _tune(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = nfopidn.Controller.load(arguments.start) if arguments.start else None
+    _check_picture(arguments.plot)
     outputs = [path for path in (arguments.output, arguments.result, arguments.plot) if path]
     for path in outputs:  # whether they can be written shows before the search, not after
         with open(path, "ab"):
@@ -48,7 +63,7 @@ def _tune(arguments: argparse.Namespace) -> int:
         structure=arguments.structure,
         bounds=_pairs(arguments.bound, "bound", 2) or None,
         method=arguments.method,
-        options=dict(_option(word) for word in arguments.option),
+        options=_options(arguments.option),
         rng=arguments.seed,
         maxfev=arguments.maxfev,
         maxtime=arguments.maxtime,

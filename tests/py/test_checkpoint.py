@@ -117,7 +117,6 @@ def test_a_stopped_search_goes_on_without_asking_again(method, func, path):
     assert first.calls + second.calls == 600
     uninterrupted = search(whole, method=method)
     same(result, uninterrupted)
-    assert result.elapsed > stopped.elapsed
     assert min(step.nfev for step in seen) >= stopped.nfev
 
 

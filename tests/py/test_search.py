@@ -246,7 +246,6 @@ KNOBS = {
     },
     "bfoa+": {
         "blind_cells": (30, {}),
-        "colonies": (2, {}),
         "first_points": (30, {}),
         "differential_share": (0.2, {}),
         "step": (0.3, {}),
@@ -272,7 +271,7 @@ def test_every_option_changes_the_history(method, name):
     assert one.history.tolist() != other.history.tolist()
 
 
-WITH_GRADIENTS = {"foraging_share": 0.8, "cells": 30}
+WITH_GRADIENTS = {"foraging_share": 0.8, "cells": 30, "colonies": 2}
 
 
 def test_every_option_is_covered_here():

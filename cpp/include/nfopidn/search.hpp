@@ -112,7 +112,9 @@ class Search {
         objective_(objective),
         box_(std::move(box)),
         limits_(limits),
-        start_(std::chrono::steady_clock::now()) {}
+        start_(std::chrono::steady_clock::now()) {
+    result.population.resize(dimension(), 0);
+  }
 
   Random random;
   SearchResult result;
@@ -215,7 +217,8 @@ class Search {
 
   bool check_limits() {
     if (left() <= 0) stop(StopReason::evaluations);
-    if (!done_ && elapsed() >= limits_.seconds) stop(StopReason::time);
+    // Whatever the time, there is a first point to show for it.
+    if (!done_ && result.evaluations > 0 && elapsed() >= limits_.seconds) stop(StopReason::time);
     return done_;
   }
 

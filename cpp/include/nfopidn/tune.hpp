@@ -122,7 +122,24 @@ struct TuningTask {
   int threads = 1;
 };
 
-inline SearchResult run_tuning(const TuningTask& task, const Search::Callback& callback = {}) {
+// The share of a search for free taps that looks for gains and orders to start from.
+constexpr double start_share = 0.4;
+
+inline SearchResult run_tuning(TuningTask task, const Search::Callback& callback = {}) {
+  std::int64_t spent = 0;
+  if (task.structure.parameters == ParameterSet::taps && task.start.empty() &&
+      task.evaluations > 1) {
+    TuningTask first = task;
+    first.structure.parameters = ParameterSet::orders_by_channel;
+    first.evaluations = std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
+    const SearchResult gains = run_tuning(first, callback);
+    task.start = parameters_of(
+        task.structure,
+        design_of(first.structure, std::vector<double>(gains.x.begin(), gains.x.end())));
+    spent = gains.evaluations;
+    task.evaluations -= spent;
+  }
   const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
   const auto size = static_cast<Eigen::Index>(bounds.size());
   Point low(size), high(size);
@@ -136,6 +153,7 @@ inline SearchResult run_tuning(const TuningTask& task, const Search::Callback& c
   if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
   search.set_callback(callback);
   BfoaPlus(search, {}, task.evaluations).run();
+  search.result.evaluations += spent;
   return search.result;
 }
 

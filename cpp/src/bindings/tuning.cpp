@@ -35,10 +35,10 @@ class FunctionObjective : public Objective {
       std::copy(reply.data(), reply.data() + reply.size(), costs);
     } catch (py::error_already_set& error) {
       raised = error.value();
+    } catch (const py::cast_error&) {
+      raised = py::module_::import("builtins").attr("ValueError")("func must return numbers");
     } catch (const py::builtin_exception& error) {
       raised = py::module_::import("builtins").attr("ValueError")(error.what());
-    } catch (const py::cast_error& error) {
-      raised = py::module_::import("builtins").attr("ValueError")("func must return numbers");
     }
   }
 
@@ -309,11 +309,11 @@ py::dict defaults_of(const std::string& method) {
 }  // namespace
 
 void bind_tuning(py::module_& module) {
-  py::class_<PyObjective>(module, "CostFunction", py::is_final())
+  py::class_<PyObjective>(module, "CostFunction", py::is_final(),
+                          "CostFunction(scenarios, controller, parameters, source, fixed, "
+                          "dimension, risk, threads)\n--\n\nWhat nfopidn.Objective is made of.")
       .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
                     const std::vector<int>&, const std::vector<double>&, int, double, int>(),
-           "CostFunction(scenarios, controller, parameters, source, fixed, dimension, risk, "
-           "threads)\n--\n\nWhat nfopidn.Objective is made of.",
            py::arg("scenarios"), py::arg("controller"), py::arg("parameters"), py::arg("source"),
            py::arg("fixed"), py::arg("dimension"), py::arg("risk"), py::arg("threads"))
       .def("costs", &PyObjective::costs, "costs(self, points)\n--\n\n(n, p) to (n,).",

@@ -1,0 +1,26 @@
+// A tuning in C++: the gains and orders of least cost for a circle.
+//   c++ -std=c++17 -O2 examples/tune.cpp $(prefix)/lib/libnfopidn_batch.a ..., or with CMake:
+//   target_link_libraries(tune PRIVATE nfopidn::batch)
+#include "nfopidn/tune.hpp"
+
+#include <cstdio>
+
+int main() {
+  using namespace nfopidn;
+  Scenario scenario = Scenario::published();
+  TrajectorySettings circle;
+  circle.name = Curve::circle;
+  if (make_trajectory(circle, scenario.trajectory) != Status::ok) return 1;
+  scenario.initial_pose.reset();
+
+  TuningTask task;
+  task.scenarios = {&scenario};
+  task.structure = named_structure(StructureName::decoupled);
+  task.evaluations = 5000;
+  task.seed = 1;
+  const SearchResult found = run_tuning(task);
+  const ControllerDesign design =
+      design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end()));
+  std::printf("cost %.3g after %lld evaluations; simulated again: %.3g\n", found.cost,
+              static_cast<long long>(found.evaluations), simulate(scenario, design).metrics.cost);
+}

@@ -1,0 +1,34 @@
+"""A first tuning: both searches on the published scenario, and how they converge.
+
+python examples/tune.py [picture]
+"""
+
+import sys
+
+import nfopidn
+from matplotlib import pyplot as plt
+
+
+def main() -> None:
+    """Tune, simulate, save, draw."""
+    picture = sys.argv[1] if len(sys.argv) > 1 else "convergence.png"
+    results = {
+        "bfoa, the paper's schedule": nfopidn.tune(method="bfoa", rng=1),
+        "bfoa+, 10,000 evaluations": nfopidn.tune(rng=1),
+        "bfoa+, extended structure": nfopidn.tune(structure="extended", rng=1),
+    }
+    figure, axes = plt.subplots(1, 3, figsize=(11, 3.4), sharey=True, layout="constrained")
+    for ax, (title, result) in zip(axes, results.items(), strict=True):
+        print(f"{title}: cost {result.fun:.6f} after {result.nfev} evaluations")
+        result.plot(ax=ax)
+        ax.set_title(f"{title}: E = {result.fun:.5f}", fontsize=9, pad=20)
+    axes[0].set_ylim(0.01, 1)
+    figure.savefig(picture, dpi=130)
+
+    best = results["bfoa+, extended structure"]
+    best.controller.save("controller.json")
+    print("controller.json: cost", nfopidn.simulate(best.scenario, best.controller).cost)
+
+
+if __name__ == "__main__":
+    main()
