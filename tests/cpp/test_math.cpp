@@ -99,6 +99,8 @@ TYPED_TEST(Math, SmallNetsAreRelativelyAccurate) {
 }
 
 TYPED_TEST(Math, SigmoidIsTanhOfHalfTheNet) {
+  // The float's straight line has a rounding or two more than the double's branches.
+  const Real bound = TestFixture::is_double ? 1.4L : 2.3L;
   Draws draw(4);
   for (const double range : {0.01, 1.0, 20.0, 100.0}) {
     Real worst = 0;
@@ -106,7 +108,7 @@ TYPED_TEST(Math, SigmoidIsTanhOfHalfTheNet) {
       const TypeParam net = draw.scalar<TypeParam>(-range, range);
       worst = std::max(worst, std::fabs(math<TypeParam>::sigmoid(net) - std::tanh(Real(net) / 2)));
     }
-    EXPECT_LE(worst, 1.4L * unit<TypeParam>) << "range " << range;
+    EXPECT_LE(worst, bound * unit<TypeParam>) << "range " << range;
   }
   EXPECT_EQ(math<TypeParam>::sigmoid(0), TypeParam(0));
   for (const TypeParam net : {TypeParam(45), TypeParam(1e9), std::numeric_limits<TypeParam>::max(),

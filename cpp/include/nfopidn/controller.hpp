@@ -1,27 +1,32 @@
 // L2. The nonlinear fractional-order PID neural controller: the law, once, for every Scalar.
 #pragma once
 
-#include "nfopidn/controller_settings.hpp"
+#include <type_traits>
+
 #include "nfopidn/reference.hpp"
+#include "nfopidn/structure.hpp"
 
 namespace nfopidn {
 
 // tau(k) = tau_ref(k) + tau_fb(k), limited, with
 //   tau_fb = [tau_fb(k-1) +] allocation * O(net),  net = taps * errors      (eqs. 31-36)
-// Filter is Fir<Scalar, Capacity, Slack>. step() runs in constant time; it neither allocates nor
-// throws.
-template <class Scalar, class Filter>
+// Filter is Fir<Scalar, Capacity, Slack>, Variant is AnyStructure<Base> or a FixedStructure.
+// step() runs in constant time; it neither allocates nor throws.
+template <class Scalar, class Filter, class Variant = AnyStructure<base_t<Scalar>>>
 class Controller {
  public:
   using Base = base_t<Scalar>;
+  using Structure = Variant;
 
-  // For a memory beyond the filter's capacity, or settings out of range, returns why and changes
-  // nothing. Keeps the memory of past errors and the last torque: call reset() for a fresh start.
+  // For a memory beyond the filter's capacity, settings out of range, or settings that ask for
+  // another structure than a FixedStructure, returns why and changes nothing. Keeps the memory of
+  // past errors and the last torque: call reset() for a fresh start.
   constexpr Status configure(const ControllerSettings<Base>& settings,
                              const ControlLimits<Base>& limits = {}) noexcept {
     const Status status = settings.validate();
     if (status != Status::ok) return status;
     if (settings.memory + 2 > Filter::capacity) return Status::out_of_range;
+    if (!Structure::offers(settings)) return Status::inconsistent;
     if (!(limits.torque > Base(0)) || !(limits.speed_scale > Base(0))) return Status::out_of_range;
     configure_structure(settings, limits);
     Base taps[channel_count][Filter::capacity] = {};
@@ -38,13 +43,7 @@ class Controller {
   // Everything but the taps, which may be given with set_taps().
   constexpr void configure_structure(const ControllerSettings<Base>& settings,
                                      const ControlLimits<Base>& limits) noexcept {
-    allocation_ = settings.allocation;
-    allocation_kind_ = allocation_.kind();
-    form_ = settings.form;
-    activation_ = settings.activation;
-    frame_ = settings.frame;
-    lateral_ = settings.lateral;
-    anti_windup_ = settings.anti_windup;
+    structure_.choose(settings);
     limit_ = limits.torque;
     const Base scale = settings.speed_scale > Base(0) ? settings.speed_scale : limits.speed_scale;
     inverse_speed_scale_ = Base(1) / scale;
@@ -74,7 +73,7 @@ class Controller {
       const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
       const ReferenceSample<Base>& reference) noexcept {
     Channels<Scalar> error = world_error;
-    if (frame_ == Frame::robot) error = rotate_into_robot(error, heading);
+    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
     feed_lateral(error.y, reference);
     const TorquePair<Scalar> neurons = allocate(filter_.step(error));
     feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
@@ -92,9 +91,9 @@ class Controller {
 
   NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
                                              const ReferenceSample<Base>& reference) const {
-    if (lateral_ == Lateral::direction) {
+    if (structure_.lateral == Lateral::direction) {
       if (reference.reverse) error = error * Base(-1);
-    } else if (lateral_ == Lateral::speed) {
+    } else if (structure_.lateral == Lateral::speed) {
       error = error * (reference.v * inverse_speed_scale_);
     }
   }
@@ -102,13 +101,13 @@ class Controller {
   // Eqs. 31-33: the neurons' outputs, shared out to the wheels.
   NFOPIDN_INLINE constexpr TorquePair<Scalar> allocate(const Channels<Scalar>& net) const {
     Channels<Scalar> output = net;
-    if (activation_ == Activation::sigmoid) {
+    if (structure_.activation == Activation::sigmoid) {
       M::sigmoids(output);
     } else {
       output = {M::identity(net.x), M::identity(net.y), M::identity(net.theta)};
     }
     const auto& [x, y, theta] = output;
-    switch (allocation_kind_) {
+    switch (structure_.allocation_kind) {
       case AllocationKind::paper:
         return {y + theta, x + y};
       case AllocationKind::decoupled:
@@ -119,18 +118,18 @@ class Controller {
     const auto row = [&](const Base* share) {
       return output.x * share[0] + (output.y * share[1] + output.theta * share[2]);
     };
-    return {row(allocation_.matrix[0]), row(allocation_.matrix[1])};
+    return {row(structure_.allocation.matrix[0]), row(structure_.allocation.matrix[1])};
   }
 
   // Eqs. 35-36 and the anti-windup rule, for one wheel.
   NFOPIDN_INLINE constexpr Scalar next_feedback(const Scalar& last, const Scalar& neuron,
                                                 Base feedforward) const {
-    if (form_ == Form::positional) return neuron;
+    if (structure_.form == Form::positional) return neuron;
     const Scalar next = last + neuron;
-    if (anti_windup_ == AntiWindup::none) return next;
+    if (structure_.anti_windup == AntiWindup::none) return next;
     const Scalar high = Scalar(limit_ - feedforward);
     const Scalar low = Scalar(-limit_ - feedforward);
-    if (anti_windup_ == AntiWindup::hold) {
+    if (structure_.anti_windup == AntiWindup::hold) {
       const Scalar zero = Scalar(Base(0));
       const auto outward = ((next > high) & (neuron > zero)) | ((next < low) & (neuron < zero));
       return M::select(outward, last, next);
@@ -139,6 +138,7 @@ class Controller {
   }
 
   NFOPIDN_INLINE constexpr Scalar limited(const Scalar& torque) const {
+    if constexpr (std::is_same_v<Scalar, float>) return single::limited(torque, limit_);
     if constexpr (M::has_order) {
       if (torque <= limit_ && torque >= -limit_) return torque;
     }
@@ -147,15 +147,9 @@ class Controller {
 
   Filter filter_ = {};
   TorquePair<Scalar> feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
-  Allocation<Base> allocation_ = Allocation<Base>::paper();
-  AllocationKind allocation_kind_ = AllocationKind::paper;
+  Structure structure_ = {};
   Base limit_ = Base(3.078);
   Base inverse_speed_scale_ = Base(1);
-  Form form_ = Form::positional;
-  Activation activation_ = Activation::sigmoid;
-  Frame frame_ = Frame::robot;
-  Lateral lateral_ = Lateral::direction;
-  AntiWindup anti_windup_ = AntiWindup::none;
 };
 
 }  // namespace nfopidn

@@ -47,6 +47,7 @@ class Fir {
   }
 
   NFOPIDN_INLINE constexpr Channels<Scalar> step(const Channels<Scalar>& error) {
+    if constexpr (shifting) return {pass(0, error.x), pass(1, error.y), pass(2, error.theta)};
     make_room();
     history_[0][head_] = error.x;
     history_[1][head_] = error.y;
@@ -58,6 +59,10 @@ class Fir {
   constexpr int count() const { return count_; }
 
  private:
+  // The least memory and the fewest instructions: the shift is done within the sum, and the newest
+  // error needs no place before it.
+  static constexpr bool shifting = Slack == 0 && Capacity <= 16;
+
   template <class Tap>
   constexpr void set_channel(int channel, const Tap* taps, Base scale, int count) {
     for (int j = 0; j < Capacity; ++j) {
@@ -76,6 +81,20 @@ class Fir {
     head_ = Slack;
   }
 
+  NFOPIDN_INLINE constexpr Scalar pass(int channel, const Scalar& newest) {
+    const Scalar* taps = taps_[channel];
+    Scalar* errors = history_[channel];  // e(k - 1) and older
+    Scalar sum = taps[Capacity - 1] * errors[Capacity - 2];
+#pragma GCC unroll 16
+    for (int j = Capacity - 2; j >= 1; --j) {
+      const Scalar error = errors[j - 1];
+      sum = sum + taps[j] * error;
+      errors[j] = error;
+    }
+    errors[0] = newest;
+    return sum + taps[0] * newest;
+  }
+
   // Oldest first, so that the sum waits for the newest error with one multiplication only.
   NFOPIDN_INLINE constexpr Scalar dot(int channel, const Scalar& newest) const {
     // A small filter always runs to its capacity (the rest of its taps is zero), so that the
@@ -90,7 +109,7 @@ class Fir {
   }
 
   Scalar taps_[channel_count][Capacity] = {};
-  Scalar history_[channel_count][Capacity + Slack] = {};
+  Scalar history_[channel_count][shifting ? Capacity - 1 : Capacity + Slack] = {};
   int count_ = 2;
   int head_ = Slack;
 };

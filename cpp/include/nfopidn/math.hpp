@@ -6,9 +6,9 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
+#include <type_traits>
 
-#include "nfopidn/inlining.hpp"
+#include "nfopidn/single.hpp"
 
 namespace nfopidn {
 
@@ -20,9 +20,9 @@ struct Heading {
 
 namespace kernel {
 
-// Truncation errors, relative: sine 3.3e-18 / 4.6e-12, cosine 6.1e-17 / 6.4e-11,
-// exponential fraction 4.8e-18 / 5.3e-10, small net 5.3e-18 / 5.7e-10,
-// logarithm 1.1e-18 / 6.9e-10 (double / float).
+// Truncation errors, relative: sine 3.3e-18, cosine 6.1e-17, small net 5.3e-18,
+// exponential fraction 4.8e-18 / 5.3e-10, logarithm 1.1e-18 / 6.9e-10 (double / float).
+// single.hpp has what float has of its own.
 template <class Base>
 struct Coefficients;
 
@@ -71,16 +71,8 @@ struct Coefficients<double> {
 
 template <>
 struct Coefficients<float> {
-  static constexpr float sine[] = {0.99999999999545050511F, -0.16666666630446393904F,
-                                   0.0083333286901604510011F, -0.00019839178356922257279F,
-                                   2.7171528124825939962e-6F};
-  static constexpr float cosine[] = {1.0F, -0.49999999694480936993F, 0.041666620357434949657F,
-                                     -0.0013886681654879084233F, 0.000024383567825801791511F};
   static constexpr float exponential_q[] = {7.2150253886211493751F, 0.057700476756452952788F};
   static constexpr float exponential_p[] = {20.818162707168088868F, 1.0F};
-  static constexpr float small_net = 0.34375F;
-  static constexpr float neuron_p[] = {5.0010973325376109109F, 0.083242306973223458383F};
-  static constexpr float neuron_q[] = {10.002194670763836275F, 1.0F};
   static constexpr float logarithm[] = {1.9999999986213479826F, 0.66666815950357411398F,
                                         0.39974794942011273262F, 0.29925650692439440629F};
   static constexpr float arctangent[] = {0.99999998199538154833F, -0.33332799192025273744F,
@@ -137,11 +129,9 @@ NFOPIDN_INLINE constexpr Value odd_polynomial(const Value& argument, const Value
 }
 
 template <class To, class From>
-inline To bit_cast(const From& from) noexcept {
+constexpr To bit_cast(const From& from) noexcept {
   static_assert(sizeof(To) == sizeof(From), "bit_cast needs equal sizes");
-  To to;
-  std::memcpy(&to, &from, sizeof(To));
-  return to;
+  return __builtin_bit_cast(To, from);
 }
 
 }  // namespace kernel
@@ -185,6 +175,7 @@ struct math {
 
   // To [-pi, pi). The loop's errors nearly always lie there already.
   NFOPIDN_INLINE static constexpr Scalar wrap(Scalar angle) {
+    if constexpr (is_single) return single::wrap(angle);
     if (angle >= -pi && angle < pi) return angle;
     const Scalar turns = round(angle * Scalar(1 / (2 * pi)));
     const Scalar rest =
@@ -193,30 +184,20 @@ struct math {
     return rest < -pi ? rest + 2 * pi : rest;
   }
 
-  // 2/(1 + e^-net) - 1, the neuron of eq. 33, absolute error about 1 unit in the last place of 1.
+  // 2/(1 + e^-net) - 1, the neuron of eq. 33, absolute error about 1 unit in the last place of 1
+  // (2 in float).
   NFOPIDN_INLINE static Scalar sigmoid(Scalar net) {
-    if (net <= Constants::small_net && net >= -Constants::small_net) {
-      const Scalar square = net * net;
-      return kernel::odd_polynomial(net, square, Constants::neuron_p) /
-             kernel::polynomial(square, Constants::neuron_q);
+    if constexpr (is_single) {
+      return single::sigmoid(net);
+    } else {
+      return branching_sigmoid(net);
     }
-    const Scalar power = net * Scalar(1.44269504088896340736);
-    constexpr Scalar saturation = 60;  // in powers of two: 1 - 2^-60 is 1
-    if (power > saturation) return Scalar(1);
-    if (power < -saturation) return Scalar(-1);
-    const Scalar shifted = power + Constants::round_magic;
-    const Scalar fraction = power - (shifted - Constants::round_magic);
-    const Scalar square = fraction * fraction;
-    const Scalar odd = fraction * kernel::polynomial(square, Constants::exponential_q);
-    const Scalar even = kernel::polynomial(square, Constants::exponential_p);
-    const Scalar above = power_of_two(shifted) * (even + odd);
-    const Scalar below = even - odd;
-    return (above - below) / (above + below);
   }
 
-  // The same for each of three channels.
+  // The neurons of three channels.
   template <class Three>
   NFOPIDN_INLINE static void sigmoids(Three& net) {
+    if constexpr (is_single) return single::sigmoids(net);
     net.x = sigmoid(net.x);
     net.y = sigmoid(net.y);
     net.theta = sigmoid(net.theta);
@@ -283,6 +264,28 @@ struct math {
   }
 
  private:
+  static constexpr bool is_single = std::is_same_v<Scalar, float>;
+
+  NFOPIDN_INLINE static Scalar branching_sigmoid(Scalar net) {
+    if (net <= Constants::small_net && net >= -Constants::small_net) {
+      const Scalar square = net * net;
+      return kernel::odd_polynomial(net, square, Constants::neuron_p) /
+             kernel::polynomial(square, Constants::neuron_q);
+    }
+    const Scalar power = net * Scalar(1.44269504088896340736);
+    constexpr Scalar saturation = 60;  // in powers of two: 1 - 2^-60 is 1
+    if (power > saturation) return Scalar(1);
+    if (power < -saturation) return Scalar(-1);
+    const Scalar shifted = power + Constants::round_magic;
+    const Scalar fraction = power - (shifted - Constants::round_magic);
+    const Scalar square = fraction * fraction;
+    const Scalar odd = fraction * kernel::polynomial(square, Constants::exponential_q);
+    const Scalar even = kernel::polynomial(square, Constants::exponential_p);
+    const Scalar above = power_of_two(shifted) * (even + odd);
+    const Scalar below = even - odd;
+    return (above - below) / (above + below);
+  }
+
   // The nearest whole number of quarter turns, plus round_magic.
   NFOPIDN_INLINE static Scalar quarters_of(Scalar angle) {
     return angle * Scalar(2 / pi) + Constants::round_magic;
@@ -295,8 +298,15 @@ struct math {
 
   NFOPIDN_INLINE static Heading<Scalar> turned(Scalar rest, Bits quadrant) {
     const Scalar square = rest * rest;
-    Scalar sine = kernel::odd_polynomial(rest, square, Constants::sine);
-    Scalar cosine = kernel::polynomial(square, Constants::cosine);
+    Scalar sine;
+    Scalar cosine;
+    if constexpr (is_single) {
+      sine = single::sine(rest, square);
+      cosine = single::cosine(square);
+    } else {
+      sine = kernel::odd_polynomial(rest, square, Constants::sine);
+      cosine = kernel::polynomial(square, Constants::cosine);
+    }
     if (quadrant & 1) {
       const Scalar swap = sine;
       sine = cosine;

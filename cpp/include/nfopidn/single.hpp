@@ -1,0 +1,80 @@
+// L0. The elementary functions in single precision, for processors that execute one instruction
+// after the other: straight lines with few operations, where those in double run short chains side
+// by side and guess branches. Coefficients: minimax fits made with mpmath.
+#pragma once
+
+#include <cstdint>
+
+#include "nfopidn/inlining.hpp"
+
+namespace nfopidn::single {
+
+constexpr float pi = 3.14159265358979323846F;
+constexpr float round_magic = 12582912.0F;  // 1.5 * 2^23
+
+// Of |rest| <= pi/4, truncation errors 3.6e-9 (relative) and 6.4e-11.
+NFOPIDN_INLINE constexpr float sine(float rest, float square) noexcept {
+  float sum = -0.00019517235F;
+  sum = 0.0083321777F + sum * square;
+  sum = -0.16666655F + sum * square;
+  return rest + (rest * square) * sum;
+}
+NFOPIDN_INLINE constexpr float cosine(float square) noexcept {
+  float sum = 0.000024383567825801791511F;
+  sum = -0.0013886681654879084233F + sum * square;
+  sum = 0.041666620357434949657F + sum * square;
+  sum = -0.49999999694480936993F + sum * square;
+  return 1.0F + sum * square;
+}
+
+// To [-pi, pi). An angle that lies there already comes back as it is: it is less than half a turn.
+NFOPIDN_INLINE constexpr float wrap(float angle) noexcept {
+  // 2 pi in two parts, of which the first has 8 bits.
+  constexpr float turn[] = {6.28125F, 1.93530717958647692e-3F};
+  const float turns = (angle * (1 / (2 * pi)) + round_magic) - round_magic;
+  const float rest = (angle - turns * turn[0]) - turns * turn[1];
+  if (rest >= pi) return rest - 2 * pi < -pi ? -pi : rest - 2 * pi;
+  return rest < -pi ? rest + 2 * pi : rest;
+}
+
+// NaN stays so.
+NFOPIDN_INLINE constexpr float limited(float value, float limit) noexcept {
+  if (__builtin_fabsf(value) > limit) return value > 0 ? limit : -limit;
+  return value;
+}
+
+// 2/(1 + e^-net) - 1. With 2^f = (even + odd)/(even - odd), |f| <= 1/2, and scale = 2^n, n + f
+// being net log2(e): ((scale - 1) even + (scale + 1) odd) / ((scale + 1) even + (scale - 1) odd),
+// which for n = 0 is odd/even, so that small nets need no branch of their own to keep their digits.
+NFOPIDN_INLINE constexpr float sigmoid_of_power(float power) noexcept {
+  // The exponent's bias rides on the number that rounds, so that a shift makes 2^n.
+  constexpr float biased_magic = round_magic + 127;
+  const float shifted = power + biased_magic;
+  const float fraction = power - (shifted - biased_magic);
+  const float scale = __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, shifted) << 23);
+  const float square = fraction * fraction;
+  const float odd = fraction * (7.2150253886211493751F + 0.057700476756452952788F * square);
+  const float even = 20.818162707168088868F + square;
+  const float less = scale - 1.0F;
+  const float more = scale + 1.0F;
+  return (less * even + more * odd) / (more * even + less * odd);
+}
+
+// The net in powers of two, no further than where the neuron is 1: 1 - 2^-30 is 1.
+NFOPIDN_INLINE constexpr float power_of(float net) noexcept {
+  return limited(net * 1.44269504088896340736F, 30);
+}
+NFOPIDN_INLINE constexpr float sigmoid(float net) noexcept {
+  return sigmoid_of_power(power_of(net));
+}
+
+// The branches first, so that the rest is one straight line that shares its constants.
+template <class Three>
+NFOPIDN_INLINE constexpr void sigmoids(Three& net) noexcept {
+  const float x = power_of(net.x);
+  const float y = power_of(net.y);
+  const float theta = power_of(net.theta);
+  net = {sigmoid_of_power(x), sigmoid_of_power(y), sigmoid_of_power(theta)};
+}
+
+}  // namespace nfopidn::single
