@@ -10,6 +10,7 @@ from nfopidn._core import (
     __version__,
     simulate,
 )
+from nfopidn._export import export_c, export_cpp
 from nfopidn._search import Forager, OptimizeResult, bfoa
 from nfopidn._tuning import Objective, TuneResult, default_bounds, tune
 
@@ -26,6 +27,8 @@ __all__ = [
     "__version__",
     "bfoa",
     "default_bounds",
+    "export_c",
+    "export_cpp",
     "plot",
     "simulate",
     "tune",

@@ -135,12 +135,45 @@ def _add_tune(commands: Any) -> None:
     parser.set_defaults(run=_tune)
 
 
+def _export(arguments: argparse.Namespace) -> int:
+    controller = nfopidn.Controller.load(arguments.controller)
+    scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
+    written = []
+    if arguments.c or not arguments.cpp:
+        name = arguments.name or "nfopidn"
+        written += nfopidn.export_c(controller, arguments.output, scenario=scenario, name=name)
+    if arguments.cpp:
+        name = arguments.name or "nfopidn_controller"
+        written += nfopidn.export_cpp(controller, arguments.output, scenario=scenario, name=name)
+    for path in written:
+        print(path)
+    return 0
+
+
+def _add_export(commands: Any) -> None:
+    parser = commands.add_parser(
+        "export",
+        help="write a controller as source code for a microcontroller",
+        description="Writes a controller file as C99 (one header, one source, needs nothing else) "
+        "or as a C++ header on the library's core, in single precision.",
+    )
+    add = parser.add_argument
+    add("controller", metavar="CONTROLLER", help="controller file")
+    add("--c", action="store_true", help="write NAME.h and NAME.c (the default)")
+    add("--cpp", action="store_true", help="write NAME.hpp")
+    add("-o", "--output", default=".", metavar="DIR", help="where to (%(default)s)")
+    add("--scenario", metavar="FILE", help="gives the torque limit and the peak speed")
+    add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")
+    parser.set_defaults(run=_export)
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code: 0 done, 2 bad input, 130 interrupted."""
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_tune(commands)
+    _add_export(commands)
     arguments = parser.parse_args(words)
     try:
         return int(arguments.run(arguments))
