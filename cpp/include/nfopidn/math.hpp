@@ -197,10 +197,13 @@ struct math {
   // The neurons of three channels.
   template <class Three>
   NFOPIDN_INLINE static void sigmoids(Three& net) {
-    if constexpr (is_single) return single::sigmoids(net);
-    net.x = sigmoid(net.x);
-    net.y = sigmoid(net.y);
-    net.theta = sigmoid(net.theta);
+    if constexpr (is_single) {
+      net = single::sigmoids(net);
+    } else {
+      net.x = sigmoid(net.x);
+      net.y = sigmoid(net.y);
+      net.theta = sigmoid(net.theta);
+    }
   }
 
   static constexpr Scalar identity(Scalar net) { return net; }

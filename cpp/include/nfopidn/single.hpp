@@ -70,11 +70,11 @@ NFOPIDN_INLINE constexpr float sigmoid(float net) noexcept {
 
 // The branches first, so that the rest is one straight line that shares its constants.
 template <class Three>
-NFOPIDN_INLINE constexpr void sigmoids(Three& net) noexcept {
+NFOPIDN_INLINE constexpr Three sigmoids(const Three& net) noexcept {
   const float x = power_of(net.x);
   const float y = power_of(net.y);
   const float theta = power_of(net.theta);
-  net = {sigmoid_of_power(x), sigmoid_of_power(y), sigmoid_of_power(theta)};
+  return {sigmoid_of_power(x), sigmoid_of_power(y), sigmoid_of_power(theta)};
 }
 
 }  // namespace nfopidn::single
