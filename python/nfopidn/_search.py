@@ -27,6 +27,7 @@ METHODS = ("bfoa+", "bfoa")
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
 DEFAULT_EVALUATIONS = 10_000
 UNLIMITED = 2**62
+FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
 WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
 MESSAGES = {
@@ -158,6 +159,8 @@ def check_settings(
 def _seed(rng: Any, checkpoint: str) -> int:
     if rng is None:
         drawn = _seed_of_checkpoint(checkpoint)
+        if drawn is None:
+            drawn = _seed_of_checkpoint(checkpoint + FIRST_STAGE)
         return secrets.randbits(32) if drawn is None else drawn
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))

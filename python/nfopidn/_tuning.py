@@ -16,6 +16,7 @@ from nfopidn import _core
 from nfopidn._core import Controller, Scenario
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
+    FIRST_STAGE,
     HISTORY,
     MESSAGES,
     UNLIMITED,
@@ -336,7 +337,7 @@ def tune(
         Parameters that equal another one: {"kp_y": "kp_x"}.
     start
         A controller to start from. Without one, "taps" spends two fifths of the evaluations on
-        "extended" first.
+        gains and orders first, whose checkpoint has the suffix .gains.
     risk
         With several scenarios: the cost is the mean of the worst `risk` share of them; 1 is the
         mean of all, 0 the worst case.
@@ -450,6 +451,7 @@ def _first_gains(
         maxtime=None if np.isinf(settings.maxtime) else settings.maxtime,
         stopval=None if np.isinf(settings.stopval) else settings.stopval,
         callback=callback,
+        checkpoint=settings.checkpoint + FIRST_STAGE if settings.checkpoint else None,
         progress=settings.progress,
         **shared,
     )
