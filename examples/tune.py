@@ -13,9 +13,9 @@ def main() -> None:
     """Tune, simulate, save, draw."""
     picture = sys.argv[1] if len(sys.argv) > 1 else "convergence.png"
     results = {
-        "bfoa, the paper's schedule": nfopidn.tune(method="bfoa", rng=1),
-        "bfoa+, 10,000 evaluations": nfopidn.tune(rng=1),
-        "bfoa+, extended structure": nfopidn.tune(structure="extended", rng=1),
+        "bfoa, the paper's schedule": nfopidn.tune(method="bfoa", rng=2),
+        "bfoa+, 10,000 evaluations": nfopidn.tune(rng=2),
+        "bfoa+, extended structure": nfopidn.tune(structure="extended", rng=2),
     }
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.4), sharey=True, layout="constrained")
     for ax, (title, result) in zip(axes, results.items(), strict=True):
@@ -23,6 +23,8 @@ def main() -> None:
         result.plot(ax=ax)
         ax.set_title(f"{title}: E = {result.fun:.5f}", fontsize=9, pad=20)
     axes[0].set_ylim(0.01, 1)
+    for ax in axes[1:]:
+        ax.set_ylabel("")
     figure.savefig(picture, dpi=130)
 
     best = results["bfoa+, extended structure"]

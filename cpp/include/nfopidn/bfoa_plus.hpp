@@ -245,16 +245,18 @@ class BfoaPlus {
       if (near) continue;
       used.push_back(k);
       Point point = cells_.col(k);
-      keep(k, point, descent.descend(point, share));
-      search_.note(0, 1, round++, cells_, costs_, 0);
+      const auto note = [&] { search_.note(0, 1, round++, cells_, costs_, 0); };
+      keep(k, point, descent.descend(point, share, note));
+      note();
     }
     while (search_.left() > 0 && !search_.done()) {
       const double least = 0.03 * options_.jump;
       const double size = least * math<double>::exponential(uniform() * -math<double>::log(0.03));
       Point point = clip_to_box(search_.box().to_unit(search_.result.x) + sparse(size));
       const Eigen::Index worst = ranking(costs_).back();
-      keep(worst, point, descent.descend(point, share));
-      search_.note(0, 2, round++, cells_, costs_, size);
+      const auto note = [&] { search_.note(0, 2, round++, cells_, costs_, size); };
+      keep(worst, point, descent.descend(point, share, note));
+      note();
       if (search_.left() < 2 * search_.dimension()) use_up();
     }
   }

@@ -11,7 +11,8 @@ class QuasiNewton {
 
   // Descends from `point` for at most about `evaluations`; leaves there the point it came to, and
   // returns its cost. Stops at a minimum, on a cliff, or when progress is too small to go on.
-  double descend(Point& point, std::int64_t evaluations) {
+  // `note` is called after each step.
+  double descend(Point& point, std::int64_t evaluations, const std::function<void()>& note) {
     const std::int64_t last = search_.result.evaluations + evaluations;
     const Eigen::Index p = search_.dimension();
     double cost = 0;
@@ -40,6 +41,7 @@ class QuasiNewton {
       slopes = next_slopes;
       cost = next_cost;
       small = before - cost < 1e-9 * std::fabs(cost) ? small + 1 : 0;
+      note();
     }
     return cost;
   }
