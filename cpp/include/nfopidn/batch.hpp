@@ -71,8 +71,8 @@ class BatchEvaluator {
   double gradient(const double* taps, const double* slopes, int directions, double* result) const {
     double cost = 0;
     if (kernels_.gradient != nullptr) {
-      const LoopInputs<double> inputs = wide_.inputs();
-      kernels_.gradient({job(inputs, taps, 1, &cost), slopes, directions, result});
+      const LoopInputs<double> inputs = run_.inputs();
+      kernels_.gradient({job(run_, inputs, taps, 1, &cost), slopes, directions, result});
       return cost;
     }
     for (int i = 0; i < directions; ++i) {
@@ -83,10 +83,10 @@ class BatchEvaluator {
   }
 
  private:
-  BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count,
-               double* costs) const {
-    return {&wide_.plant, &inputs,     &wide_.start, &structure_, &wide_.limits,
-            taps,         tap_count(), count,        costs};
+  BatchJob job(const PreparedRun& run, const LoopInputs<double>& inputs, const double* taps,
+               int count, double* costs) const {
+    return {&run.plant, &inputs,     &run.start, &structure_, &run.limits,
+            taps,       tap_count(), count,      costs};
   }
 
   double directional(const double* taps, const double* slopes, double& slope) const {
@@ -112,7 +112,7 @@ class BatchEvaluator {
       return;
     }
     const LoopInputs<double> inputs = wide_.inputs();
-    kernels_.costs(job(inputs, block, count, costs + first));
+    kernels_.costs(job(wide_, inputs, block, count, costs + first));
   }
 
   void run_one_by_one(const double* taps, int count, double* costs) const {

@@ -20,7 +20,8 @@ struct BatchJob {
   double* costs;  // [candidates]
 };
 
-// One candidate and the slopes of its taps in several directions.
+// One candidate and the slopes of its taps in several directions. Angles are in radians here: the
+// value is a plain double.
 struct GradientJob {
   BatchJob batch;        // its taps are those of the one candidate, costs its cost
   const double* slopes;  // [directions][3][tap_count]

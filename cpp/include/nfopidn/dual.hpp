@@ -1,22 +1,24 @@
-// L0. Dual numbers: a value and its derivative in one direction. With lanes as Part, each lane
+// L0. Dual numbers: a value and its derivative in one direction. With lanes as Slope, each lane
 // carries a direction of its own, and one run gives the value and all partial derivatives.
 #pragma once
+
+#include <type_traits>
 
 #include "nfopidn/math.hpp"
 
 namespace nfopidn {
 
-template <class Part>
+template <class Value, class Slope = Value>
 struct Dual {
-  using Base = base_t<Part>;
+  using Base = base_t<Value>;
 
-  Part value;
-  Part slope;
+  Value value;
+  Slope slope;
 
   Dual() = default;
-  NFOPIDN_INLINE constexpr Dual(const Part& v, const Part& s) : value(v), slope(s) {}
+  NFOPIDN_INLINE constexpr Dual(const Value& v, const Slope& s) : value(v), slope(s) {}
   NFOPIDN_INLINE explicit constexpr Dual(Base constant)
-      : value(Part(constant)), slope(Part(Base(0))) {}
+      : value(Value(constant)), slope(Slope(Base(0))) {}
 
   NFOPIDN_INLINE friend constexpr Dual operator+(const Dual& a, const Dual& b) {
     return {a.value + b.value, a.slope + b.slope};
@@ -44,7 +46,7 @@ struct Dual {
   }
   NFOPIDN_INLINE friend constexpr Dual operator*(Base a, const Dual& b) { return b * a; }
   NFOPIDN_INLINE friend constexpr Dual operator/(const Dual& a, const Dual& b) {
-    const Part quotient = a.value / b.value;
+    const Value quotient = a.value / b.value;
     return {quotient, (a.slope - quotient * b.slope) / b.value};
   }
   NFOPIDN_INLINE friend constexpr Dual operator/(const Dual& a, Base b) {
@@ -67,21 +69,21 @@ struct Dual {
   }
 };
 
-template <class Part>
-struct math<Dual<Part>> {
-  using Scalar = Dual<Part>;
-  using P = math<Part>;
+template <class Value, class Slope>
+struct math<Dual<Value, Slope>> {
+  using Scalar = Dual<Value, Slope>;
+  using P = math<Value>;
   using Base = typename P::Base;
   using Mask = typename P::Mask;
 
   static constexpr Base angle_unit = P::angle_unit;
   static constexpr Base net_scale = P::net_scale;
-  static constexpr bool has_order = P::has_order;
+  static constexpr bool has_order = P::has_order && std::is_same_v<Value, Slope>;
 
   NFOPIDN_INLINE static Heading<Scalar> heading(const Scalar& angle) {
-    const Heading<Part> h = P::heading(angle.value);
-    const Part turn = angle.slope * (Base(1) / angle_unit);
-    return {{h.cosine, h.sine * turn * Base(-1)}, {h.sine, h.cosine * turn}};
+    const Heading<Value> h = P::heading(angle.value);
+    const Slope turn = angle.slope * (Base(1) / angle_unit);
+    return {{h.cosine, turn * (h.sine * Base(-1))}, {h.sine, turn * h.cosine}};
   }
   NFOPIDN_INLINE static Scalar wrap(const Scalar& angle) {
     return {P::wrap(angle.value), angle.slope};
@@ -89,26 +91,31 @@ struct math<Dual<Part>> {
   template <class Three>
   NFOPIDN_INLINE static void sigmoids(Three& net) {
     struct {
-      Part x, y, theta;
+      Value x, y, theta;
     } out = {net.x.value, net.y.value, net.theta.value};
     P::sigmoids(out);
-    const auto chain = [](Scalar& channel, const Part& output) {
-      channel = {output, (Base(1) - output * output) * channel.slope * (Base(0.5) / net_scale)};
+    const auto chain = [](Scalar& channel, const Value& output) {
+      const Value steepness = (Base(1) - output * output) * (Base(0.5) / net_scale);
+      channel = {output, channel.slope * steepness};
     };
     chain(net.x, out.x);
     chain(net.y, out.y);
     chain(net.theta, out.theta);
   }
   NFOPIDN_INLINE static Scalar identity(const Scalar& net) {
-    return {P::identity(net.value), P::identity(net.slope)};
+    return {P::identity(net.value), net.slope * (Base(1) / net_scale)};
   }
   NFOPIDN_INLINE static Scalar from_radians(const Scalar& angle) { return angle * angle_unit; }
   NFOPIDN_INLINE static Scalar to_radians(const Scalar& angle) {
-    return {P::to_radians(angle.value), P::to_radians(angle.slope)};
+    return {P::to_radians(angle.value), angle.slope * (Base(1) / angle_unit)};
   }
   NFOPIDN_INLINE static Base base_from_radians(Base angle) { return P::base_from_radians(angle); }
   NFOPIDN_INLINE static Scalar select(const Mask& mask, const Scalar& yes, const Scalar& no) {
-    return {P::select(mask, yes.value, no.value), P::select(mask, yes.slope, no.slope)};
+    if constexpr (std::is_same_v<Mask, bool>) {
+      return mask ? yes : no;
+    } else {
+      return {P::select(mask, yes.value, no.value), P::select(mask, yes.slope, no.slope)};
+    }
   }
   NFOPIDN_INLINE static Scalar minimum(const Scalar& a, const Scalar& b) {
     return select(b < a, b, a);

@@ -44,17 +44,18 @@ inline void run_lanes(const BatchJob& job, int first) {
   }
 }
 
-// The cost and its slopes in the directions first .. first + Wide::size - 1.
+// The cost and its slopes in the directions first .. first + Wide::size - 1. The value is one
+// number: only the slopes are lanes.
 template <class Wide, int capacity, bool noisy>
 inline void run_dual(const GradientJob& gradient, int first) {
-  using Scalar = Dual<Wide>;
+  using Scalar = Dual<double, Wide>;
   const BatchJob& job = gradient.batch;
   Scalar taps[channel_count][capacity];
   for (int channel = 0; channel < channel_count; ++channel) {
     for (int j = 0; j < job.tap_count; ++j) {
       const int place = channel * job.tap_count + j;
       Scalar& tap = taps[channel][j];
-      tap.value = Wide(job.taps[place]);
+      tap.value = job.taps[place];
       tap.slope = Wide(0.0);
       for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
         const long row = static_cast<long>(first + lane) * channel_count * job.tap_count;
@@ -63,7 +64,7 @@ inline void run_dual(const GradientJob& gradient, int first) {
     }
   }
   const LoopResult<Scalar> result = run_law<noisy>(job, taps);
-  job.costs[0] = result.cost.value.get(0);
+  job.costs[0] = result.cost.value;
   for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
     gradient.gradient[first + lane] = result.cost.slope.get(lane);
   }

@@ -4,6 +4,6 @@ namespace nfopidn {
 
 void run_batch_neon(const BatchJob& job) { run_batch<Lanes<2, 4>, Lanes<2, 1>>(job); }
 
-void run_gradient_neon(const GradientJob& job) { run_gradient<Lanes<2, 2>>(job); }
+void run_gradient_neon(const GradientJob& job) { run_gradient<Lanes<2, 6>>(job); }
 
 }  // namespace nfopidn
