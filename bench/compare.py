@@ -18,8 +18,10 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 BINARY = Path(os.environ.get("NFOPIDN_BENCH_LOOP", ROOT / "build/bench/bench/bench_loop"))
+BATCH = BINARY.with_name("bench_batch")
 ROUNDS = 7
 # What the core has to reach: so many times the speed of the rival.
+LANE_BARS = {"avx512": 3.0, "avx2": 6.1, "sse2": 14.0}
 BARS = {"plain Python": 60.0, "NumPy": 200.0, "numba": 1.2}
 
 
@@ -35,6 +37,39 @@ def core_seconds() -> float:
     report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     runs = [run for run in report["benchmarks"] if run["run_type"] == "iteration"]
     return min(float(run["real_time"]) for run in runs) * 1e-9
+
+
+def lanes() -> dict[str, float]:
+    """Seconds a step and lane of 1,024 candidates at once, best of eight, by instruction set."""
+    if not BATCH.exists():
+        return {}
+    command = [
+        str(BATCH),
+        "--benchmark_filter=lanes",
+        "--benchmark_format=json",
+        "--benchmark_min_time=0.05",
+        "--benchmark_repetitions=8",
+    ]
+    report = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    best: dict[str, float] = {}
+    for run in report["benchmarks"]:
+        if run["run_type"] != "iteration" or run.get("error_occurred"):
+            continue
+        name = run["name"].split("/")[1]
+        best[name] = min(best.get(name, float("inf")), float(run["per_step"]))
+    return best
+
+
+def print_lanes(numba_step: float) -> bool:
+    """Print the lanes' table; returns whether a bar is missed."""
+    missed = False
+    print(f"\n{'1,024 candidates':18} {'ns a step and lane':>20} {'bar':>6} {'numba takes':>14}")
+    for name, step in lanes().items():
+        bar = LANE_BARS.get(name, float("inf"))
+        ratio = numba_step / step
+        missed |= step * 1e9 > bar
+        print(f"{name:18} {step * 1e9:20.1f} {bar:6g} {ratio:12.1f} x")
+    return missed
 
 
 def seconds(function, *arguments, repeat: int) -> float:
@@ -88,6 +123,7 @@ def main() -> int:
             f"{name:14} {time_taken * 1e6:10.1f} {time_taken / steps * 1e9:10.1f} "
             f"{ratio:10.1f} x {bar_text:>8}"
         )
+    missed |= print_lanes(best["numba"] / steps)
     return int(missed)
 
 

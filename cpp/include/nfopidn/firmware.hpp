@@ -3,4 +3,5 @@
 #pragma once
 
 #include "nfopidn/controller.hpp"
+#include "nfopidn/hardware.hpp"
 #include "nfopidn/loop.hpp"
