@@ -186,6 +186,7 @@ void expect_knobs(const Run& run, const std::map<std::string, double>& other_val
     member = static_cast<std::decay_t<decltype(member)>>(other_values.at(field.name));
     const SearchResult after = run(options);
     EXPECT_FALSE(after.cost == before.cost && after.evaluations == before.evaluations &&
+                 after.population_costs.size() == before.population_costs.size() &&
                  after.population_costs == before.population_costs)
         << field.name;
   });
