@@ -95,7 +95,8 @@ class BatchEvaluator {
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = {taps[i], slopes[i]};
     auto law = std::make_unique<Controller<Scalar, Fir<Scalar, maximum_memory + 2>>>();
     law->configure_structure(structure_, run_.limits);
-    law->set_taps(own.data(), own.data() + tap_count(), own.data() + 2 * tap_count(), tap_count());
+    const std::ptrdiff_t row = tap_count();
+    law->set_taps(own.data(), own.data() + row, own.data() + 2 * row, tap_count());
     const State<double>& s = run_.start;
     const State<Scalar> start = {Scalar(s.x), Scalar(s.y), Scalar(s.theta), Scalar(s.v),
                                  Scalar(s.omega)};
@@ -119,7 +120,8 @@ class BatchEvaluator {
     with_controller(structure_, run_.limits, [&](auto& law) {
       for (int i = 0; i < count; ++i) {
         const double* own = taps + static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
-        law.set_taps(own, own + tap_count(), own + 2 * tap_count(), tap_count());
+        const std::ptrdiff_t row = tap_count();
+        law.set_taps(own, own + row, own + 2 * row, tap_count());
         law.reset();
         costs[i] =
             run_closed_loop<double>(run_.plant, law, run_.start, run_.inputs(), [](int, auto&&...) {

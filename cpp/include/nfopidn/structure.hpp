@@ -17,7 +17,9 @@ struct AnyStructure {
   Lateral lateral = Lateral::direction;
   AntiWindup anti_windup = AntiWindup::none;
 
-  static constexpr bool offers(const ControllerSettings<Base>&) noexcept { return true; }
+  static constexpr bool offers(const ControllerSettings<Base>& /*settings*/) noexcept {
+    return true;
+  }
   constexpr void choose(const ControllerSettings<Base>& settings) noexcept {
     allocation = settings.allocation;
     allocation_kind = allocation.kind();
@@ -54,7 +56,7 @@ struct FixedStructure {
            settings.activation == activation && settings.frame == frame &&
            settings.lateral == lateral && settings.anti_windup == anti_windup;
   }
-  static constexpr void choose(const ControllerSettings<Base>&) noexcept {}
+  static constexpr void choose(const ControllerSettings<Base>& /*settings*/) noexcept {}
 };
 
 }  // namespace nfopidn

@@ -64,30 +64,37 @@ struct ParameterBounds {
   double high;
 };
 
+inline constexpr const char* channel_names[] = {"x", "y", "theta"};
+
+// Of free taps.
+inline std::vector<ParameterBounds> tap_bounds(int count) {
+  std::vector<ParameterBounds> bounds;
+  for (const char* channel : channel_names) {
+    for (int j = 0; j < count; ++j) {
+      bounds.push_back({std::string("tap_") + channel + "_" + std::to_string(j), -60, 60});
+    }
+  }
+  return bounds;
+}
+
 // Gains [0, 3] and orders [0.01, 1]; with an order pair a channel [0, 6] and [0.01, 2]. In the
 // incremental form the integral gains end at 0.3: beyond, nearly all runs diverge. Taps [-60, 60].
 inline std::vector<ParameterBounds> default_bounds(const Structure& structure) {
-  static constexpr const char* channels[] = {"x", "y", "theta"};
+  if (structure.parameters == ParameterSet::taps) {
+    return tap_bounds(structure.settings.memory + 2);
+  }
   static constexpr const char* terms[] = {"kp_", "ki_", "kd_"};
   std::vector<ParameterBounds> bounds;
-  if (structure.parameters == ParameterSet::taps) {
-    for (const char* channel : channels) {
-      for (int j = 0; j < structure.settings.memory + 2; ++j) {
-        bounds.push_back({std::string("tap_") + channel + "_" + std::to_string(j), -60, 60});
-      }
-    }
-    return bounds;
-  }
   const bool by_channel = structure.parameters == ParameterSet::orders_by_channel;
   const bool incremental = structure.settings.form == Form::incremental;
-  for (const char* channel : channels) {
+  for (const char* channel : channel_names) {
     for (int term = 0; term < 3; ++term) {
       const double most = term == 1 && incremental ? 0.3 : (by_channel ? 6.0 : 3.0);
       bounds.push_back({std::string(terms[term]) + channel, 0, most});
     }
   }
   const double highest_order = by_channel ? 2 : 1;
-  for (const char* channel : channels) {
+  for (const char* channel : channel_names) {
     for (const char* order : {"alpha", "sigma"}) {
       bounds.push_back({by_channel ? std::string(order) + "_" + channel : std::string(order), 0.01,
                         highest_order});
@@ -147,8 +154,8 @@ inline ControllerDesign design_of(const Structure& structure, const std::vector<
   const std::size_t pair_step = structure.parameters == ParameterSet::orders_by_channel ? 2 : 0;
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
     std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(3 * channel), 3, design.gains[channel]);
-    design.alpha[channel] = x[3 * channel_count + pair_step * channel];
-    design.sigma[channel] = x[3 * channel_count + pair_step * channel + 1];
+    design.alpha[channel] = x[std::size_t{9} + pair_step * channel];
+    design.sigma[channel] = x[std::size_t{10} + pair_step * channel];
   }
   return design;
 }
@@ -160,7 +167,7 @@ inline std::vector<double> parameters_of(const Structure& structure,
   if (structure.parameters == ParameterSet::taps) {
     if (!x.empty()) return x;
     Structure fused = {design, ParameterSet::orders_by_channel};
-    x.resize(static_cast<std::size_t>(channel_count * (design.memory + 2)));
+    x.resize(static_cast<std::size_t>(channel_count) * static_cast<std::size_t>(design.memory + 2));
     parameters_to_taps(fused, parameters_of(fused, design), x.data());
     return x;
   }

@@ -86,7 +86,8 @@ class TuneObjective : public Objective {
 
  private:
   std::size_t tap_size() const {
-    return static_cast<std::size_t>(channel_count * (structure_.settings.memory + 2));
+    return static_cast<std::size_t>(channel_count) *
+           static_cast<std::size_t>(structure_.settings.memory + 2);
   }
 
   // Of each scenario's cost in the whole.
