@@ -12,7 +12,7 @@ constexpr int candidates = 1024;
 
 // Candidates around a tuned controller: all of them track.
 std::vector<double> tracking_taps(const Structure& structure) {
-  const std::vector<double> x = parameters_of(structure, ControllerSettings<double>{});
+  const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
   const std::size_t size =
       static_cast<std::size_t>(channel_count * (structure.settings.memory + 2));
   std::vector<double> taps(candidates * size);
@@ -56,7 +56,7 @@ void gradient(benchmark::State& state) {
   const Scenario scenario = Scenario::published();
   const Structure structure = named_structure(StructureName::paper);
   TuneObjective objective({&scenario}, structure, FreeParameters::all(11), 11, 1, 1);
-  const std::vector<double> x = parameters_of(structure, ControllerSettings<double>{});
+  const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
   const Point point = Eigen::Map<const Point>(x.data(), 11);
   double slopes[11];
   for (auto _ : state) benchmark::DoNotOptimize(objective.gradient(point, slopes));

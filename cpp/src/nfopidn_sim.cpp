@@ -223,16 +223,10 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
 
 // Which of the controller's numbers --tune searches for.
 Structure structure_to_tune(const Arguments& arguments, const ControllerDesign& design) {
-  Structure structure = {design, ParameterSet::shared_orders};
-  const bool own_orders = design.alpha[0] != design.alpha[1] ||
-                          design.alpha[1] != design.alpha[2] ||
-                          design.sigma[0] != design.sigma[1] || design.sigma[1] != design.sigma[2];
-  if (own_orders || arguments.structure == "extended") {
-    structure.parameters = ParameterSet::orders_by_channel;
-  }
-  if (!design.taps.empty() || arguments.structure == "taps") {
-    structure.parameters = ParameterSet::taps;
-  }
+  Structure structure = {design, parameter_set_of(design)};
+  if (structure.parameters == ParameterSet::taps) return structure;
+  if (arguments.structure == "extended") structure.parameters = ParameterSet::orders_by_channel;
+  if (arguments.structure == "taps") structure.parameters = ParameterSet::taps;
   return structure;
 }
 
@@ -244,7 +238,7 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
   task.structure = structure;
   task.evaluations = arguments.maxfev;
   task.seed = arguments.tune_seed;
-  if (!arguments.controller_file.empty()) task.start = parameters_of(structure, design);
+  if (!arguments.controller_file.empty()) task.start = parameters_of(structure.parameters, design);
   const bool shown = !arguments.quiet && ::isatty(STDERR_FILENO) != 0;
   const SearchResult found = run_tuning(task, [&](const SearchResult& so_far) {
     if (shown) {

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+START_SHARE: float
 
 _Array: TypeAlias = NDArray[np.float64]
 _Numbers: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[Any]]

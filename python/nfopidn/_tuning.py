@@ -30,12 +30,8 @@ from nfopidn._search import (
     run,
 )
 
-STRUCTURES = ("paper", "decoupled", "incremental", "extended", "taps")
 TUNING_FORMAT = "nfopidn-tuning"
 TUNING_VERSION = 1
-
-#: Share of a search for free taps that first looks for gains and orders to start from.
-START_SHARE = 0.4
 
 #: From this status on a search has been told to end, or its time is up.
 ENDED_EARLY = list(MESSAGES).index("time")
@@ -138,13 +134,20 @@ def _structure(structure: str | Mapping[str, Any] | None) -> tuple[dict[str, Any
     if structure is None:
         structure = "paper"
     if isinstance(structure, str):
-        if structure not in STRUCTURES:
-            known = ", ".join(map(repr, STRUCTURES))
-            raise ValueError(f"structure is {structure!r}; must be one of {known}, or settings")
         settings, parameters = _core.structure(structure)
         return dict(settings), parameters
     settings = dict(structure)
     return settings, settings.pop("parameters", "shared-orders")
+
+
+def _box(
+    structure: str | Mapping[str, Any] | None,
+) -> tuple[Controller, str, dict[str, tuple[float, float]]]:
+    """Give a structure's settings, its parameter set, and its parameters with their bounds."""
+    settings, parameters = _structure(structure)
+    base = Controller.published(**settings)
+    bounds = _core.parameter_bounds(base, parameters)
+    return base, parameters, {name: (low, high) for name, low, high in bounds}
 
 
 def default_bounds(
@@ -155,27 +158,15 @@ def default_bounds(
     Gains [0, 3] and orders [0.01, 1]; "extended": [0, 6] and [0.01, 2]. In the incremental form
     the integral gains end at 0.3: beyond, nearly all runs diverge.
     """
-    settings, parameters = _structure(structure)
-    base = Controller.published(**settings)
-    return {name: (low, high) for name, low, high in _core.parameter_bounds(base, parameters)}
+    return _box(structure)[2]
 
 
-def _known(name: str, names: Sequence[str], argument: str) -> int:
-    if name not in names:
-        raise ValueError(f"{argument} names {name!r}; known: {', '.join(names)}")
-    return names.index(name)
-
-
-def _search(
-    structure: str | Mapping[str, Any] | None,
-    bounds: Any,
+def _sources(
+    names: Sequence[str],
     frozen: Mapping[str, float] | None,
     tied: Mapping[str, str] | None,
-) -> Search:
-    settings, parameters = _structure(structure)
-    base = Controller.published(**settings)
-    box = {name: (low, high) for name, low, high in _core.parameter_bounds(base, parameters)}
-    names = list(box)
+) -> tuple[list[int], list[int], list[float]]:
+    """Give the free places, and for each place its free one (or -1) and its frozen value."""
     fixed = [0.0] * len(names)
     leader = list(range(len(names)))
     for name, value in dict(frozen or {}).items():
@@ -196,6 +187,24 @@ def _search(
     free = [place for place in range(len(names)) if leader[place] == place]
     if not free:
         raise ValueError("frozen leaves no parameter free")
+    return free, [free.index(at) if at >= 0 else -1 for at in leader], fixed
+
+
+def _known(name: str, names: Sequence[str], argument: str) -> int:
+    if name not in names:
+        raise ValueError(f"{argument} names {name!r}; known: {', '.join(names)}")
+    return names.index(name)
+
+
+def _search(
+    structure: str | Mapping[str, Any] | None,
+    bounds: Any,
+    frozen: Mapping[str, float] | None,
+    tied: Mapping[str, str] | None,
+) -> Search:
+    base, parameters, box = _box(structure)
+    names = list(box)
+    free, source, fixed = _sources(names, frozen, tied)
     own = [names[place] for place in free]
     if isinstance(bounds, Mapping):
         for name in bounds:
@@ -210,7 +219,6 @@ def _search(
         box.update({name: (row[0], row[1]) for name, row in zip(own, rows, strict=True)})
     table = np.array([box[name] for name in own])
     check_bounds(table[:, 0], table[:, 1], own)
-    source = [free.index(at) if at >= 0 else -1 for at in leader]
     search = Search(base, parameters, own, table[:, 0].copy(), table[:, 1].copy(), source, fixed)
     for corner in (search.low, search.high):  # refuses what a controller may not have
         Controller.from_json(search.controller(corner).to_json())
@@ -447,7 +455,7 @@ def _first_gains(
         scenarios,
         structure={**chosen, "parameters": "orders-by-channel"},
         rng=settings.seed,
-        maxfev=max(1, int(START_SHARE * budget)),
+        maxfev=max(1, int(_core.START_SHARE * budget)),
         maxtime=None if np.isinf(settings.maxtime) else settings.maxtime,
         stopval=None if np.isinf(settings.stopval) else settings.stopval,
         callback=callback,

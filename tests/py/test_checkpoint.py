@@ -10,8 +10,8 @@ import sys
 import nfopidn
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
 from refusal import refused
+from results import same
 
 BOX = [(-2.0, 3.0), (0.0, 1.0)]
 EVALUATIONS = 240_000
@@ -54,15 +54,6 @@ def stop_at(step):
             raise StopIteration
 
     return callback
-
-
-def same(one, other):
-    assert set(one) == set(other)
-    for key in set(one) - {"elapsed"}:
-        if key in ("controller", "scenario"):
-            assert one[key] == other[key]
-        else:
-            assert_array_equal(one[key], other[key], err_msg=key)
 
 
 def search(func=bowl, **arguments):

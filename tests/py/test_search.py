@@ -11,6 +11,7 @@ import pytest
 from nfopidn import Forager, OptimizeResult, _core, bfoa
 from numpy.testing import assert_array_equal
 from refusal import refused
+from results import same
 
 METHODS = ("bfoa+", "bfoa")
 BOX = [(-2.0, 3.0), (0.0, 1.0), (-5.0, -1.0)]
@@ -56,13 +57,6 @@ def throw(error):
 
 def search(func=bowl, bounds=BOX, **arguments):
     return bfoa(func, bounds, **({"rng": 1, "maxfev": 400} | arguments))
-
-
-def same(one, other):
-    """Whether two results agree to the last bit, all but the time."""
-    assert set(one) == set(other)
-    for key in set(one) - {"elapsed"}:
-        assert_array_equal(one[key], other[key], err_msg=key)
 
 
 # Results

@@ -25,6 +25,7 @@ def public(body):
 MODULE = public(STUB.body)
 # What tune() and bfoa() are made of; they are documented, these are not.
 OF_THE_SEARCHES = {
+    "START_SHARE",
     "CostFunction",
     "search_function",
     "search_controller",

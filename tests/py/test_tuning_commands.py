@@ -206,7 +206,7 @@ def test_the_version_and_no_command(command):
 FAULTS = {
     "scenario": (["--scenario", "none.json"], ["none.json", "No such file"]),
     "wrong document": (["--scenario", "start.json"], ["start.json", "nfopidn-scenario"]),
-    "structure": (["--structure", "pid"], ["structure is 'pid'", "'taps'"]),
+    "structure": (["--structure", "pid"], ['structure is "pid"', '"taps"']),
     "method": (["--method", "pso"], ["method is 'pso'", "'bfoa+'"]),
     "option": (["--option", "cellz=3"], ["options", "cellz is unknown"]),
     "option out of range": (["--option", "cells=3"], ["cells is 3"]),

@@ -1,30 +1,32 @@
 // L0. The elementary functions in single precision, for processors that execute one instruction
 // after the other: straight lines with few operations, where those in double run short chains side
-// by side and guess branches. Coefficients: minimax fits made with mpmath.
+// by side and guess branches.
 #pragma once
 
 #include <cstdint>
 
+#include "nfopidn/coefficients.hpp"
 #include "nfopidn/inlining.hpp"
 
 namespace nfopidn::single {
 
+using Constants = kernel::Coefficients<float>;
 constexpr float pi = 3.14159265358979323846F;
-constexpr float round_magic = 12582912.0F;  // 1.5 * 2^23
+constexpr float round_magic = Constants::round_magic;
 
-// Of |rest| <= pi/4, truncation errors 3.6e-9 (relative) and 6.4e-11.
+// Of |rest| <= pi/4.
 NFOPIDN_INLINE constexpr float sine(float rest, float square) noexcept {
-  float sum = -0.00019517235F;
-  sum = 0.0083321777F + sum * square;
-  sum = -0.16666655F + sum * square;
+  float sum = Constants::sine[3];
+  sum = Constants::sine[2] + sum * square;
+  sum = Constants::sine[1] + sum * square;
   return rest + (rest * square) * sum;
 }
 NFOPIDN_INLINE constexpr float cosine(float square) noexcept {
-  float sum = 0.000024383567825801791511F;
-  sum = -0.0013886681654879084233F + sum * square;
-  sum = 0.041666620357434949657F + sum * square;
-  sum = -0.49999999694480936993F + sum * square;
-  return 1.0F + sum * square;
+  float sum = Constants::cosine[4];
+  sum = Constants::cosine[3] + sum * square;
+  sum = Constants::cosine[2] + sum * square;
+  sum = Constants::cosine[1] + sum * square;
+  return Constants::cosine[0] + sum * square;
 }
 
 // To [-pi, pi). An angle that lies there already comes back as it is: it is less than half a turn.
@@ -53,8 +55,8 @@ NFOPIDN_INLINE constexpr float sigmoid_of_power(float power) noexcept {
   const float fraction = power - (shifted - biased_magic);
   const float scale = __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, shifted) << 23);
   const float square = fraction * fraction;
-  const float odd = fraction * (7.2150253886211493751F + 0.057700476756452952788F * square);
-  const float even = 20.818162707168088868F + square;
+  const float odd = fraction * (Constants::exponential_q[0] + Constants::exponential_q[1] * square);
+  const float even = Constants::exponential_p[0] + square;
   const float less = scale - 1.0F;
   const float more = scale + 1.0F;
   return (less * even + more * odd) / (more * even + less * odd);

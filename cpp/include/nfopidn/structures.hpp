@@ -126,6 +126,27 @@ struct FreeParameters {
   }
 };
 
+// Whether the channels have one order pair.
+inline bool shares_orders(const ControllerSettings<double>& s) {
+  return s.alpha[0] == s.alpha[1] && s.alpha[1] == s.alpha[2] && s.sigma[0] == s.sigma[1] &&
+         s.sigma[1] == s.sigma[2];
+}
+
+// A channel's part of a vector of gains and orders.
+template <class Number>
+struct ChannelParameters {
+  const Number* gains;   // kp, ki, kd
+  const Number* orders;  // alpha, sigma
+};
+
+template <class Number>
+ChannelParameters<Number> channel_parameters(ParameterSet parameters, const std::vector<Number>& x,
+                                             std::size_t channel) {
+  constexpr std::size_t gain_count = 9;
+  const std::size_t pair = parameters == ParameterSet::orders_by_channel ? channel : 0;
+  return {x.data() + 3 * channel, x.data() + gain_count + 2 * pair};
+}
+
 // The fused taps, [3][memory + 2], of a structure's parameters.
 template <class Number>
 void parameters_to_taps(const Structure& structure, const std::vector<Number>& x, Number* taps) {
@@ -134,13 +155,12 @@ void parameters_to_taps(const Structure& structure, const std::vector<Number>& x
     return;
   }
   const int memory = structure.settings.memory;
-  std::vector<Number> work(static_cast<std::size_t>(memory + 2));
-  const std::size_t pair_step = structure.parameters == ParameterSet::orders_by_channel ? 2 : 0;
+  const auto count = static_cast<std::size_t>(memory + 2);
+  std::vector<Number> work(count);
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
-    const Number* gains = x.data() + 3 * channel;
-    const Number* orders = x.data() + 3 * channel_count + pair_step * channel;
+    const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);
     fuse_taps(structure.settings.generator, gains[0], gains[1], gains[2], orders[0], orders[1],
-              memory, taps + static_cast<std::size_t>(memory + 2) * channel, work.data());
+              memory, taps + count * channel, work.data());
   }
 }
 
@@ -151,33 +171,39 @@ inline ControllerDesign design_of(const Structure& structure, const std::vector<
     design.taps = x;
     return design;
   }
-  const std::size_t pair_step = structure.parameters == ParameterSet::orders_by_channel ? 2 : 0;
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
-    std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(3 * channel), 3, design.gains[channel]);
-    design.alpha[channel] = x[std::size_t{9} + pair_step * channel];
-    design.sigma[channel] = x[std::size_t{10} + pair_step * channel];
+    const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);
+    std::copy_n(gains, 3, design.gains[channel]);
+    design.alpha[channel] = orders[0];
+    design.sigma[channel] = orders[1];
   }
   return design;
 }
 
-// The inverse: a design's parameters. Of free taps only those of the taps' structure are there.
-inline std::vector<double> parameters_of(const Structure& structure,
-                                         const ControllerDesign& design) {
-  std::vector<double> x = design.taps;
-  if (structure.parameters == ParameterSet::taps) {
-    if (!x.empty()) return x;
-    Structure fused = {design, ParameterSet::orders_by_channel};
-    x.resize(static_cast<std::size_t>(channel_count) * static_cast<std::size_t>(design.memory + 2));
-    parameters_to_taps(fused, parameters_of(fused, design), x.data());
-    return x;
+// The inverse: a design's parameters. Gains and orders have taps; free taps have no gains.
+inline std::vector<double> parameters_of(ParameterSet parameters, const ControllerDesign& design) {
+  if (parameters == ParameterSet::taps && !design.taps.empty()) return design.taps;
+  if (parameters == ParameterSet::taps) {
+    const Structure fused = {design, ParameterSet::orders_by_channel};
+    std::vector<double> taps(static_cast<std::size_t>(channel_count) *
+                             static_cast<std::size_t>(design.memory + 2));
+    parameters_to_taps(fused, parameters_of(fused.parameters, design), taps.data());
+    return taps;
   }
+  std::vector<double> x;
   for (const auto& row : design.gains) x.insert(x.end(), row, row + 3);
-  const bool by_channel = structure.parameters == ParameterSet::orders_by_channel;
-  for (int channel = 0; channel < (by_channel ? channel_count : 1); ++channel) {
+  const int pairs = parameters == ParameterSet::orders_by_channel ? channel_count : 1;
+  for (int channel = 0; channel < pairs; ++channel) {
     x.push_back(design.alpha[channel]);
     x.push_back(design.sigma[channel]);
   }
   return x;
+}
+
+// How a design is written as a vector: the shortest way that loses nothing.
+inline ParameterSet parameter_set_of(const ControllerDesign& design) {
+  if (!design.taps.empty()) return ParameterSet::taps;
+  return shares_orders(design) ? ParameterSet::shared_orders : ParameterSet::orders_by_channel;
 }
 
 }  // namespace nfopidn

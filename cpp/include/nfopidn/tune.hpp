@@ -136,7 +136,7 @@ inline SearchResult run_tuning(TuningTask task, const Search::Callback& callback
         1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
     const SearchResult gains = run_tuning(first, callback);
     task.start = parameters_of(
-        task.structure,
+        task.structure.parameters,
         design_of(first.structure, std::vector<double>(gains.x.begin(), gains.x.end())));
     spent = gains.evaluations;
     task.evaluations -= spent;

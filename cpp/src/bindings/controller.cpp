@@ -54,22 +54,9 @@ PyController make_controller(const py::args& positional, const py::kwargs& keywo
   return PyController(changed("Controller", Settings{}, arguments));
 }
 
-bool shared_orders(const Settings& s) {
-  return s.alpha[0] == s.alpha[1] && s.alpha[1] == s.alpha[2] && s.sigma[0] == s.sigma[1] &&
-         s.sigma[1] == s.sigma[2];
-}
-
 // The 11-vector of the paper, the 15-vector with an order pair a channel, or free taps.
 py::array to_vector(const PyController& self) {
-  const Settings& s = self.settings;
-  std::vector<double> x = self.settings.taps;
-  if (!x.empty()) return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
-  for (const auto& row : s.gains) x.insert(x.end(), row, row + 3);
-  const int pairs = shared_orders(s) ? 1 : channel_count;
-  for (int channel = 0; channel < pairs; ++channel) {
-    x.push_back(s.alpha[channel]);
-    x.push_back(s.sigma[channel]);
-  }
+  const std::vector<double> x = parameters_of(parameter_set_of(self.settings), self.settings);
   return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
 }
 
@@ -117,19 +104,9 @@ PyController from_taps(const py::object& taps, const py::kwargs& structure) {
 }
 
 py::array taps(const PyController& self) {
-  const Settings& s = self.settings;
-  const int count = s.memory + 2;
-  py::array_t<double> table({3, count});
-  if (!self.settings.taps.empty()) {
-    std::copy(self.settings.taps.begin(), self.settings.taps.end(), table.mutable_data());
-    return read_only(std::move(table));
-  }
-  std::vector<double> work(static_cast<std::size_t>(count));
-  for (int channel = 0; channel < channel_count; ++channel) {
-    fuse_taps(s.generator, s.gains[channel][0], s.gains[channel][1], s.gains[channel][2],
-              s.alpha[channel], s.sigma[channel], s.memory, table.mutable_data(channel, 0),
-              work.data());
-  }
+  const std::vector<double> all = parameters_of(ParameterSet::taps, self.settings);
+  py::array_t<double> table({3, self.settings.memory + 2});
+  std::copy(all.begin(), all.end(), table.mutable_data());
   return read_only(std::move(table));
 }
 

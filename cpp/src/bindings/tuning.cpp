@@ -297,7 +297,7 @@ PyController design(const PyController& controller, const std::string& parameter
 // The parameters that a controller has in a structure.
 std::vector<double> parameters(const PyController& controller, const std::string& parameters,
                                const PyController& design) {
-  return parameters_of(structure_of(controller, parameters), design.settings);
+  return parameters_of(structure_of(controller, parameters).parameters, design.settings);
 }
 
 py::dict defaults_of(const std::string& method) {
@@ -309,6 +309,7 @@ py::dict defaults_of(const std::string& method) {
 }  // namespace
 
 void bind_tuning(py::module_& module) {
+  module.attr("START_SHARE") = start_share;
   py::class_<PyObjective>(module, "CostFunction", py::is_final(),
                           "CostFunction(scenarios, controller, parameters, source, fixed, "
                           "dimension, risk, threads)\n--\n\nWhat nfopidn.Objective is made of.")

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-#include "nfopidn/io/json.hpp"
+#include "nfopidn/io/json_controller.hpp"
 
 namespace nfopidn {
 

@@ -1,17 +1,15 @@
-// L4. Controllers and scenarios as JSON documents. The one JSON parser of the project: files, the
+// L4. Settings and scenarios as JSON documents. The one JSON parser of the project: files, the
 // command line and Python keywords all pass through read_settings().
 #pragma once
 
 #include <stdexcept>
 
-#include "nfopidn/controller_design.hpp"
 #include "nfopidn/io/json_values.hpp"
 #include "nfopidn/metrics.hpp"
 
 namespace nfopidn {
 
 constexpr int document_version = 1;
-constexpr const char* controller_format = "nfopidn-controller";
 constexpr const char* scenario_format = "nfopidn-scenario";
 
 namespace json {
@@ -85,9 +83,6 @@ Json write_settings(const Settings& settings) {
       [&](const auto& field) { object[field.name] = json::write(settings.*field.member); });
   return object;
 }
-
-// Settings from which taps are fused: a controller of free taps has none.
-constexpr const char* fused_fields[] = {"gains", "alpha", "sigma", "generator"};
 
 inline Json write_trajectory(const Trajectory& trajectory) {
   const TrajectorySettings& s = trajectory.settings;
@@ -195,19 +190,6 @@ inline Json write_scenario(const Scenario& scenario) {
   return document;
 }
 
-inline Json write_controller(const ControllerDesign& design) {
-  Json document = {{"format", controller_format}, {"version", document_version}};
-  document.update(write_settings<ControllerSettings<double>>(design));
-  if (design.taps.empty()) return document;
-  for (const char* key : fused_fields) document.erase(key);
-  document["taps"] = Json::array();
-  for (int channel = 0; channel < channel_count; ++channel) {
-    const double* taps = design.channel_taps(channel);
-    document["taps"].push_back(std::vector<double>(taps, taps + design.memory + 2));
-  }
-  return document;
-}
-
 // Settings each in range may still contradict each other.
 inline Outcome explain_consistency(const Scenario& scenario) {
   const Finding finding = check_consistency(scenario);
@@ -246,59 +228,6 @@ inline Outcome check_header(const Json& document, const char* format) {
 }
 
 }  // namespace json
-
-// Free taps, [3][memory + 2]; their number gives the memory.
-inline Outcome read_taps(const Json& value, ControllerDesign& design) {
-  const std::string rule =
-      "3 lists of 2 to " + std::to_string(maximum_memory + 2) + " numbers, all of one length";
-  const auto is_row = [&](const Json& row) {
-    return row.is_array() && row.size() >= 2 && row.size() <= maximum_memory + 2 &&
-           row.size() == value[0].size();
-  };
-  if (!value.is_array() || value.size() != channel_count ||
-      !std::all_of(value.begin(), value.end(), is_row)) {
-    return {Status::wrong_size, "taps must be " + rule};
-  }
-  Outcome outcome;
-  const json::Context context = {"taps", tap_range, "", &outcome};
-  std::vector<double> taps;
-  for (std::size_t channel = 0; channel < channel_count; ++channel) {
-    for (std::size_t j = 0; j < value[channel].size(); ++j) {
-      taps.push_back(0);
-      json::read(value[channel][j], context.at(channel).at(j), taps.back());
-    }
-  }
-  const int memory = static_cast<int>(value[0].size()) - 2;
-  if (outcome && design.memory != memory) {
-    outcome = {Status::inconsistent, "memory is " + std::to_string(design.memory) + "; " +
-                                         std::to_string(value[0].size()) +
-                                         " taps a channel make it " + std::to_string(memory)};
-  }
-  if (outcome) design.taps = std::move(taps);
-  return outcome;
-}
-
-inline Outcome read_controller(const Json& document, ControllerDesign& result) {
-  if (Outcome outcome = json::check_header(document, controller_format); !outcome) return outcome;
-  ControllerDesign design = result;
-  design.taps.clear();
-  const auto taps = document.find("taps");
-  if (taps != document.end()) {
-    for (const char* key : fused_fields) {
-      if (document.contains(key)) {
-        return {Status::inconsistent, std::string(key) + " stands beside taps; leave out one"};
-      }
-    }
-    if (taps->is_array() && !taps->empty() && (*taps)[0].is_array()) {
-      design.memory = static_cast<int>((*taps)[0].size()) - 2;
-    }
-  }
-  ControllerSettings<double>& settings = design;
-  Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps"});
-  if (outcome && taps != document.end()) outcome = read_taps(*taps, design);
-  if (outcome) result = std::move(design);
-  return outcome;
-}
 
 // What a scenario document's missing keys stand for.
 inline Scenario default_scenario() {
