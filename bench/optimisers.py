@@ -164,7 +164,7 @@ def mealpy_bfo(counted: Counted, box: np.ndarray, seed: int) -> None:
     """Mealpy's bacterial foraging."""
     space = import_module("mealpy").FloatVar(lb=box[:, 0], ub=box[:, 1])
     problem = {"obj_func": counted.one, "bounds": space, "minmax": "min", "log_to": None}
-    bfo = import_module("mealpy.swarm_based.BFO").OriginalBFO(epoch=10**6)
+    bfo = import_module("mealpy.swarm_based.BFO").OriginalBFO(epoch=10**5)
     bfo.solve(problem, seed=seed)
 
 
@@ -325,7 +325,6 @@ ABLATION: dict[str, Mapping[str, Any]] = {
     "no gradient finish": {"foraging_share": 1.0},
     "gradient finish alone": {"foraging_share": 0.03},
     "one descent, then jumps": {"finishers": 1},
-    "small jumps only": {"jump": 0.01},
     "one colony": {"colonies": 1},
     "two colonies": {"colonies": 2},
     "20 cells": {"cells": 20},

@@ -1,6 +1,5 @@
 // A tuning in C++: the gains and orders of least cost for a circle.
-//   c++ -std=c++17 -O2 examples/tune.cpp $(prefix)/lib/libnfopidn_batch.a ..., or with CMake:
-//   target_link_libraries(tune PRIVATE nfopidn::batch)
+// Link it with nfopidn::batch: find_package(nfopidn), or add_subdirectory with NFOPIDN_BATCH=ON.
 #include "nfopidn/tune.hpp"
 
 #include <cstdio>

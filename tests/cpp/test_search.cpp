@@ -213,9 +213,9 @@ TEST(Bfoa, EveryKnobTurnsSomething) {
 
 TEST(BfoaPlus, EveryKnobTurnsSomething) {
   std::map<std::string, double> values = {
-      {"cells", 20},    {"first_points", 60}, {"differential_share", 0.2},
-      {"colonies", 1},  {"step", 0.01},       {"foraging_share", 0.2},
-      {"finishers", 1}, {"jump", 0.01}};
+      {"cells", 20},   {"first_points", 60}, {"differential_share", 0.2},
+      {"colonies", 1}, {"step", 0.01},       {"foraging_share", 0.2},
+      {"finishers", 1}};
   for (const bool gradient : {true, false}) {
     expect_knobs<BfoaPlusOptions>(
         [&](const BfoaPlusOptions& options) {

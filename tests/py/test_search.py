@@ -206,7 +206,6 @@ def test_bad_arguments_are_refused(arguments, parts):
         ("bfoa+", {"foraging_share": -1}, ["foraging_share is -1", "[0, 1]"]),
         ("bfoa+", {"blind_foraging_share": 2}, ["blind_foraging_share is 2", "[0, 1]"]),
         ("bfoa+", {"finishers": 0}, ["finishers is 0"]),
-        ("bfoa+", {"jump": 0}, ["jump is 0"]),
         ("bfoa+", {"swims": 4}, ["swims", "known: cells, "]),
     ],
 )
@@ -245,7 +244,6 @@ KNOBS = {
         "step": (0.3, {}),
         "blind_foraging_share": (0.5, {}),
         "finishers": (1, {"blind_foraging_share": 0.3}),
-        "jump": (0.01, {"blind_foraging_share": 0.2}),
     },
 }
 

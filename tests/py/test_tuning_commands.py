@@ -84,7 +84,7 @@ def test_the_options_reach_tune(cli_tune, tmp_path):
     start = Controller.tuned_nominal()
     start.save(tmp_path / "start.json")
     words = "--output own.json --result result.json --scenario 0.json --scenario 1.json --risk 0.5"
-    words += " --structure incremental --start start.json --option cells=20 --option jump=0.5"
+    words += " --structure incremental --start start.json --option cells=20 --option step=0.2"
     words += " --freeze kp_x=0.25 --freeze sigma=-1e-1 --tie kp_y=kp_theta --tie kd_y=kd_x"
     words += " --bound ki_x=0:0.2 --bound alpha=-0.5:0.5 --maxfev 500 --seed 9 --workers 2"
     words += " --stopval 0.001 --maxtime 1000 --checkpoint search.checkpoint --method bfoa+"
@@ -94,7 +94,7 @@ def test_the_options_reach_tune(cli_tune, tmp_path):
         structure="incremental",
         start=start,
         risk=0.5,
-        options={"cells": 20, "jump": 0.5},
+        options={"cells": 20, "step": 0.2},
         frozen={"kp_x": 0.25, "sigma": -0.1},
         tied={"kp_y": "kp_theta", "kd_y": "kd_x"},
         bounds={"ki_x": (0, 0.2), "alpha": (-0.5, 0.5)},
@@ -105,7 +105,7 @@ def test_the_options_reach_tune(cli_tune, tmp_path):
     written = TuneResult.from_json(tmp_path / "result.json")
     assert written.fun == result.fun
     assert written.x.tolist() == result.x.tolist()
-    assert written.options == {"cells": 20, "jump": 0.5}
+    assert written.options == {"cells": 20, "step": 0.2}
     assert Controller.load(tmp_path / "own.json") == result.controller == written.controller
     assert (tmp_path / "search.checkpoint").exists()
 

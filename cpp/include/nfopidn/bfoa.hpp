@@ -72,11 +72,13 @@ class Bfoa {
  private:
   // A lifetime: N_c chemotactic steps. Health has a term a step, and the start's (eq. 40).
   void live(int l, int k) {
-    health_ = costs_ + swarm_all(cells_);
+    crowding_ = swarm_all(cells_);
+    health_ = costs_ + crowding_;
     for (int j = 0; j < options_.chemotactic_steps && !search_.done(); ++j) {
       const Points snapshot = cells_;
       step_all(snapshot);
-      health_ += costs_ + swarm_all(cells_);
+      crowding_ = swarm_all(cells_);
+      health_ += costs_ + crowding_;
       search_.note(l, k, j, cells_, costs_, options_.step);
     }
   }
@@ -88,21 +90,17 @@ class Bfoa {
     Points ahead(cells_.rows(), cells_.cols() * (1 + options_.swims));
     Eigen::VectorXd known;
     if (search_.objective().is_cheap()) {
-      for (int m = 0; m <= options_.swims; ++m) {
-        for (Eigen::Index i = 0; i < cells_.cols(); ++i) {
-          const Eigen::Index place = m * cells_.cols() + i;
-          ahead.col(place) =
-              moved(m == 0 ? cells_.col(i) : ahead.col(place - cells_.cols()), directions.col(i));
-        }
+      for (Eigen::Index i = 0; i < cells_.cols(); ++i)
+        ahead.col(i) = moved(cells_.col(i), directions.col(i));
+      for (Eigen::Index place = cells_.cols(); place < ahead.cols(); ++place) {
+        ahead.col(place) =
+            moved(ahead.col(place - cells_.cols()), directions.col(place % cells_.cols()));
       }
       known = search_.look(ahead);
     }
-    Eigen::VectorXd last(cells_.cols());
+    Eigen::VectorXd last = costs_ + crowding_;
     std::vector<Eigen::Index> swimming;
-    for (Eigen::Index i = 0; i < cells_.cols(); ++i) {
-      last(i) = costs_(i) + swarm(cells_.col(i), snapshot);
-      swimming.push_back(i);
-    }
+    for (Eigen::Index i = 0; i < cells_.cols(); ++i) swimming.push_back(i);
     for (int m = 0; m <= options_.swims && !swimming.empty() && !search_.done(); ++m) {
       move(swimming, directions, known, m);
       std::vector<Eigen::Index> improved;
@@ -136,7 +134,9 @@ class Bfoa {
     }
   }
 
-  Point moved(const Point& cell, const Point& direction) const {
+  using Column = Eigen::Ref<const Point>;
+
+  Point moved(const Column& cell, const Column& direction) const {
     return clip_to_box(cell + options_.step * direction);
   }
 
@@ -152,7 +152,7 @@ class Bfoa {
   }
 
   // J_cc (eq. 38) of a cell among others at given places.
-  double swarm(const Point& cell, const Points& others) const {
+  double swarm(const Column& cell, const Points& others) const {
     using M = math<double>;
     if (options_.attractant_depth == 0 && options_.repellent_height == 0) return 0;
     double sum = 0;
@@ -206,6 +206,7 @@ class Bfoa {
   BfoaOptions options_;
   Points cells_;
   Eigen::VectorXd costs_, health_;
+  Eigen::VectorXd crowding_;  // J_cc of each cell among all, where they are now
 };
 
 }  // namespace nfopidn

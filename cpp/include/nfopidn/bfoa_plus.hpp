@@ -23,7 +23,6 @@ struct BfoaPlusOptions {
   double foraging_share = 0.4;
   double blind_foraging_share = 0.8;
   int finishers = 4;
-  double jump = 0.3;
 
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
@@ -46,8 +45,6 @@ struct BfoaPlusOptions {
                 "the same without gradients"));
     visit(field("finishers", &B::finishers, "", between(1, 1000),
                 "cells, apart from each other, from which a descent starts"));
-    visit(field("jump", &B::jump, "", between(1e-6, 1),
-                "greatest jump from the best point before another descent"));
   }
 };
 
@@ -250,8 +247,8 @@ class BfoaPlus {
       note();
     }
     while (search_.left() > 0 && !search_.done()) {
-      const double least = 0.03 * options_.jump;
-      const double size = least * math<double>::exponential(uniform() * -math<double>::log(0.03));
+      // From 0.3 of the box down to 0.01 of it, in proportion as likely: their size hardly matters.
+      const double size = 0.3 * math<double>::exponential(uniform() * math<double>::log(0.03));
       Point point = clip_to_box(search_.box().to_unit(search_.result.x) + sparse(size));
       const Eigen::Index worst = ranking(costs_).back();
       const auto note = [&] { search_.note(0, 2, round++, cells_, costs_, size); };

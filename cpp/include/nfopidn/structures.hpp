@@ -155,7 +155,7 @@ void parameters_to_taps(const Structure& structure, const std::vector<Number>& x
     return;
   }
   const int memory = structure.settings.memory;
-  const auto count = static_cast<std::size_t>(memory + 2);
+  const auto count = static_cast<std::size_t>(memory) + 2;
   std::vector<Number> work(count);
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
     const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);

@@ -113,7 +113,7 @@ Options read_options(const py::dict& given) {
 
 BfoaOptions read_bfoa_options(const py::dict& given) {
   const auto options = read_options<BfoaOptions>(given);
-  if (options.cells % 2 != 0) {
+  if (check_options(options).status != Status::ok) {
     raise("options", {Status::inconsistent,
                       "cells is " + std::to_string(options.cells) + "; must be an even number"});
   }
