@@ -217,8 +217,12 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
     }
   }
   ControllerSettings<double>& settings = design;
-  return read_settings(words_to_json<ControllerSettings<double>>(arguments.controller), "",
-                       settings);
+  const Json given = words_to_json<ControllerSettings<double>>(arguments.controller);
+  if (Outcome outcome = read_settings(given, "", settings); !outcome) return outcome;
+  if (arguments.tune && design.memory.is_long()) {
+    return refuse_number("memory", design.memory, between(0, maximum_memory), "samples to tune");
+  }
+  return explain_consistency(design);
 }
 
 // Which of the controller's numbers --tune searches for.

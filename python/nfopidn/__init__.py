@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import plot
+from nfopidn import fractional, plot
 from nfopidn._core import (
     Controller,
     Robot,
@@ -29,6 +29,7 @@ __all__ = [
     "default_bounds",
     "export_c",
     "export_cpp",
+    "fractional",
     "plot",
     "simulate",
     "tune",

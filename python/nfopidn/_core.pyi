@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,7 @@ class _Law(_TapsStructure, total=False):
     generator: _Generator
 
 class _Structure(_Law, total=False):
-    memory: int
+    memory: float | str
 
 class _PublishedControllerChanges(_Law, total=False):
     gains: _Rows
@@ -300,7 +300,7 @@ class Controller:
         gains: _Rows,
         alpha: float | _Numbers,
         sigma: float | _Numbers,
-        memory: int = 5,
+        memory: float | str = 5,
         form: _Form = "positional",
         allocation: _Allocation | _Rows = "paper",
         activation: _Activation = "sigmoid",
@@ -312,11 +312,20 @@ class Controller:
     ) -> None: ...
     @staticmethod
     def published(
-        memory: int = 5, **changes: Unpack[_PublishedControllerChanges]
+        memory: float | str = 5, **changes: Unpack[_PublishedControllerChanges]
     ) -> Controller: ...
     @staticmethod
     def from_vector(x: _Numbers, **structure: Unpack[_Structure]) -> Controller: ...
     def to_vector(self) -> _Array: ...
+    @staticmethod
+    def from_continuous(
+        gains: _Rows,
+        alpha: float | _Numbers,
+        sigma: float | _Numbers,
+        dt: float,
+        prewarp: float | None = 15.0,
+        **structure: Unpack[_Structure],
+    ) -> Controller: ...
     @staticmethod
     def from_taps(taps: _Rows, **structure: Unpack[_TapsStructure]) -> Controller: ...
     @staticmethod
@@ -335,7 +344,7 @@ class Controller:
     @property
     def sigma(self) -> float | _Triple | None: ...
     @property
-    def memory(self) -> int: ...
+    def memory(self) -> int | float: ...
     @property
     def form(self) -> _Form: ...
     @property
@@ -430,4 +439,40 @@ def design(
     x: Sequence[float],
 ) -> Controller: ...
 def parameters(controller: Controller, parameters: str, design: Controller) -> list[float]: ...
+def series_weights(pole: float, order: float, memory: int) -> _Array: ...
+def rule_scale(pole: float, dt: float, prewarp: float) -> float: ...
+def gain_factors(
+    generator: str, alpha: float, sigma: float, dt: float, prewarp: float
+) -> tuple[float, float, float]: ...
+def continued_fraction(
+    order: float, pole: float, dt: float, prewarp: float, sections: int
+) -> tuple[list[float], list[float], float]: ...
+def oustaloup(
+    order: float, dt: float, prewarp: float, sections: int, low: float, high: float
+) -> tuple[list[float], list[float], float]: ...
+
+@final
+class SampleFilter:
+    @overload
+    def __init__(
+        self,
+        order: float,
+        pole: float,
+        dt: float,
+        prewarp: float,
+        memory: float,
+        horizon: int,
+    ) -> None: ...
+    @overload
+    def __init__(self, other: SampleFilter, /) -> None: ...
+    def step(self, sample: float) -> float: ...
+    def process(self, samples: _Numbers) -> _Array: ...
+    def reset(self) -> None: ...
+    @property
+    def gain(self) -> float: ...
+    @property
+    def modes(self) -> int: ...
+    @property
+    def certificate(self) -> float: ...
+
 def default_options(method: str) -> dict[str, Any]: ...

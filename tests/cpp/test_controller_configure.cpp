@@ -8,6 +8,8 @@ template <class Value, class Use>
 void for_each_number(Value& value, const Use& use) {
   if constexpr (std::is_array_v<Value>) {
     for (auto& element : value) for_each_number(element, use);
+  } else if constexpr (std::is_same_v<Value, Memory>) {
+    use(value.samples);
   } else if constexpr (std::is_class_v<Value>) {
     for_each_number(value.matrix, use);
   } else if constexpr (std::is_arithmetic_v<Value>) {

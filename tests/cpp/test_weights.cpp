@@ -30,7 +30,7 @@ TEST(TustinWeights, EqualTheGoldenOnes) {
   }
   for (const auto& [order, expected] : series) {
     std::vector<double> weights(expected.size());
-    tustin_weights(order, static_cast<int>(expected.size()) - 1, weights.data());
+    series_weights(1.0, order, static_cast<int>(expected.size()) - 1, weights.data());
     for (std::size_t j = 0; j < expected.size(); ++j) {
       const double scale = expected[j] == 0 ? 1 : std::fabs(expected[j]);
       EXPECT_LE(std::fabs(weights[j] - expected[j]), 1e-13 * scale)

@@ -117,7 +117,7 @@ class BatchEvaluator {
   }
 
   void run_one_by_one(const double* taps, int count, double* costs) const {
-    with_controller(structure_, run_.limits, [&](auto& law) {
+    with_tap_controller(structure_, run_.limits, [&](auto& law) {
       for (int i = 0; i < count; ++i) {
         const double* own = taps + static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
         const std::ptrdiff_t row = tap_count();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 
 #include "nfopidn/reference.hpp"
 #include "nfopidn/structure.hpp"
@@ -55,6 +56,9 @@ class Controller {
     const Channels<const Tap*> taps = {x, y, theta};
     filter_.set_taps(taps, {M::net_scale, M::net_scale, M::net_scale / M::angle_unit}, count);
   }
+
+  // A filter that is not made of taps alone.
+  void set_filter(Filter filter) { filter_ = std::move(filter); }
 
   constexpr void reset() noexcept {
     filter_.reset();

@@ -72,7 +72,19 @@ struct Allocation {
   }
 };
 
-constexpr int maximum_memory = 1024;
+constexpr int maximum_memory = 1024;            // of a plain filter
+constexpr int maximum_long_memory = 1'000'000;  // on the host, where the tail runs as modes
+constexpr int infinite_memory = 2'000'000'000;  // in the place of a number of samples
+
+// A number of samples M, or infinite.
+struct Memory {
+  int samples;
+
+  constexpr Memory(int count) : samples(count) {}
+  constexpr operator int() const { return samples; }
+  constexpr bool is_infinite() const { return samples == infinite_memory; }
+  constexpr bool is_long() const { return samples > maximum_memory; }
+};
 
 // What a controller is told about the scenario it runs in.
 template <class Base = double>
@@ -89,7 +101,7 @@ struct ControllerSettings {
                                   {Base(1.0707), Base(1.3720), Base(0.1827)}};
   Base alpha[channel_count] = {Base(0.1078), Base(0.1078), Base(0.1078)};
   Base sigma[channel_count] = {Base(0.8161), Base(0.8161), Base(0.8161)};
-  int memory = 5;
+  Memory memory = 5;
   Form form = Form::positional;
   Allocation<Base> allocation = Allocation<Base>::paper();
   Activation activation = Activation::sigmoid;
@@ -110,8 +122,8 @@ struct ControllerSettings {
                 "order of the derivative, one for all channels or one each"));
     visit(field("sigma", &S::sigma, "", between(-2, 2),
                 "order of the integral, one for all channels or one each"));
-    visit(field("memory", &S::memory, "samples", between(0, maximum_memory),
-                "terms M of the power series"));
+    visit(field("memory", &S::memory, "samples", between(0, maximum_long_memory),
+                "terms M of the power series, or \"inf\""));
     visit(field("form", &S::form, "", any_number(),
                 "the output is the torque, or is added to the last torque"));
     visit(field("allocation", &S::allocation, "", between(-1e3, 1e3),

@@ -80,6 +80,8 @@ struct RangeCheck {
   constexpr void check(const char* name, const Range& range, const Value& value) {
     if constexpr (std::is_array_v<Value>) {
       for (const auto& element : value) check(name, range, element);
+    } else if constexpr (std::is_class_v<Value> && std::is_convertible_v<Value, int>) {
+      if (!value.is_infinite()) number(name, range, static_cast<int>(value));
     } else if constexpr (std::is_class_v<Value>) {
       check(name, range, value.matrix);
     } else if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {

@@ -3,6 +3,7 @@
 
 #include "nfopidn/controller_design.hpp"
 #include "nfopidn/metrics.hpp"
+#include "nfopidn/modal.hpp"
 
 namespace nfopidn {
 
@@ -46,10 +47,22 @@ constexpr int host_slack = 57;  // spare history of a host-side filter: its shif
 
 }  // namespace detail
 
-// Calls `use` with a controller whose filter fits the settings' memory: short ones are unrolled.
+using LongController = Controller<double, Modal>;
+
+// For a memory beyond that of a plain filter.
+inline LongController long_controller(const ControllerSettings<double>& settings,
+                                      const ControlLimits<double>& limits) {
+  LongController law;
+  law.configure_structure(settings, limits);
+  law.set_filter(Modal(settings));
+  return law;
+}
+
+// Calls `use` with a controller of taps that fits the settings' memory, at most maximum_memory:
+// short ones are unrolled.
 template <class Use>
-decltype(auto) with_controller(const ControllerDesign& settings,
-                               const ControlLimits<double>& limits, Use&& use) {
+decltype(auto) with_tap_controller(const ControllerDesign& settings,
+                                   const ControlLimits<double>& limits, Use&& use) {
   const auto apply = [&](auto&& law) {
     law.configure(settings, limits);
     if (!settings.taps.empty()) {
@@ -61,6 +74,15 @@ decltype(auto) with_controller(const ControllerDesign& settings,
   if (settings.memory <= 5) return apply(Controller<double, Fir<double, 7, detail::host_slack>>());
   if (settings.memory <= 8) return apply(Controller<double, Fir<double, 10, detail::host_slack>>());
   return apply(Controller<double, Fir<double, maximum_memory + 2, maximum_memory>>());
+}
+
+// The same for any memory.
+template <class Use>
+decltype(auto) with_controller(const ControllerDesign& settings,
+                               const ControlLimits<double>& limits, Use&& use) {
+  if (!settings.memory.is_long()) return with_tap_controller(settings, limits, use);
+  LongController law = long_controller(settings, limits);
+  return use(law);
 }
 
 // The whole run, recorded. Scenario and settings must be valid.

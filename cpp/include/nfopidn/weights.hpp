@@ -1,6 +1,7 @@
 // L1. Weights of the fractional operators' generating functions, and their fusion into taps.
 #pragma once
 
+#include "nfopidn/math.hpp"
 #include "nfopidn/schema.hpp"
 
 namespace nfopidn {
@@ -16,35 +17,34 @@ struct ChoiceNames<Generator> {
   static constexpr const char* names[] = {"tustin", "gl"};
 };
 
-// Writes f_0 .. f_memory of ((1 - w)/(1 + w))^order (eqs. 16-19 with the recursion corrected:
-// j f_j = -2 order f_{j-1} + (j - 2) f_{j-2}).
+// Writes c_0 .. c_memory, the power series of ((1 - w)/(1 + pole w))^order: with pole 1 eqs. 16-19,
+// the recursion corrected (j f_j = -2 order f_{j-1} + (j - 2) f_{j-2}), with 0 Gruenwald and
+// Letnikov's g_j, with 1/7 Al-Alaoui's. From its logarithmic derivative:
+//   j c_j = (-(1 + pole) order + (1 - pole)(j - 1)) c_{j-1} + pole (j - 2) c_{j-2}
 template <class Scalar>
-constexpr void tustin_weights(const Scalar& order, int memory, Scalar* weights) {
-  weights[0] = Scalar(1);
+constexpr void series_weights(base_t<Scalar> pole, const Scalar& order, int memory,
+                              Scalar* weights) {
+  using Base = base_t<Scalar>;
+  weights[0] = Scalar(Base(1));
   if (memory < 1) return;
-  weights[1] = order * Scalar(-2);
+  const Scalar first = order * Scalar(-(1 + pole));
+  weights[1] = first;
   for (int j = 2; j <= memory; ++j) {
-    weights[j] = (weights[1] * weights[j - 1] + weights[j - 2] * Scalar(j - 2)) / Scalar(j);
+    const Scalar last = first + Scalar((1 - pole) * Base(j - 1));
+    const Scalar before = weights[j - 2] * Scalar(pole * Base(j - 2));
+    weights[j] = (last * weights[j - 1] + before) / Scalar(Base(j));
   }
 }
 
-// Writes g_0 .. g_memory of (1 - w)^order: g_j = g_{j-1} (j - 1 - order)/j.
-template <class Scalar>
-constexpr void grunwald_letnikov_weights(const Scalar& order, int memory, Scalar* weights) {
-  weights[0] = Scalar(1);
-  for (int j = 1; j <= memory; ++j) {
-    weights[j] = weights[j - 1] * (Scalar(j - 1) - order) / Scalar(j);
-  }
+template <class Base>
+constexpr Base pole_of(Generator generator) {
+  return generator == Generator::tustin ? Base(1) : Base(0);
 }
 
 template <class Scalar>
 constexpr void generator_weights(Generator generator, const Scalar& order, int memory,
                                  Scalar* weights) {
-  if (generator == Generator::tustin) {
-    tustin_weights(order, memory, weights);
-  } else {
-    grunwald_letnikov_weights(order, memory, weights);
-  }
+  series_weights(pole_of<base_t<Scalar>>(generator), order, memory, weights);
 }
 
 // The three sums of eq. 34 as one filter: writes the memory + 2 taps of

@@ -14,7 +14,9 @@ using RuntimeController = Controller<double, Fir<double, maximum_memory + 2, max
 // A controller's settings, and the law at work once step() is called.
 struct PyController {
   ControllerDesign settings;
+  // One of them, by the memory.
   std::unique_ptr<RuntimeController> running;
+  std::unique_ptr<LongController> running_long;
   double torque_limit = 0;
 
   PyController() = default;
@@ -33,6 +35,7 @@ void bind_scenario(py::module_& module);
 void bind_controller(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_tuning(py::module_& module);
+void bind_fractional(py::module_& module);
 
 // Copying and comparing by the JSON that describes the object completely.
 template <class Object, class Class, class Write, class Read>

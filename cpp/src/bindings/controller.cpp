@@ -1,5 +1,6 @@
 // Controller.
 #include "bindings.hpp"
+#include "nfopidn/design/conversion.hpp"
 #include "nfopidn/structures.hpp"
 
 namespace nfopidn::python {
@@ -18,6 +19,7 @@ ControllerDesign changed(const std::string& callable, ControllerDesign design,
                          const py::dict& arguments) {
   Settings& settings = design;
   check(callable, read_settings(to_json(arguments), "", settings));
+  check(callable, explain_consistency(design));
   if (!design.taps.empty()) {
     for (const char* name : {"gains", "alpha", "sigma", "generator", "memory"}) {
       if (!arguments.contains(name)) continue;
@@ -91,6 +93,32 @@ PyController from_vector(const py::array_t<double, py::array::c_style | py::arra
       bind_arguments(callable, settings_but({"gains", "alpha", "sigma"}), py::args(), structure)));
 }
 
+PyController from_continuous(const py::object& gains, const py::object& alpha,
+                             const py::object& sigma, double dt, const py::object& prewarp,
+                             const py::kwargs& structure) {
+  const std::string callable = "Controller.from_continuous";
+  py::dict arguments =
+      bind_arguments(callable, settings_but({"gains", "alpha", "sigma"}), py::args(), structure);
+  arguments["gains"] = gains;
+  arguments["alpha"] = alpha;
+  arguments["sigma"] = sigma;
+  ControllerDesign design = changed(callable, Settings{}, arguments);
+  if (const Range positive = greater_than(0); !std::isfinite(dt) || !positive.contains(dt)) {
+    raise(callable, refuse_number("dt", dt, positive, "s"));
+  }
+  const double warp = prewarp.is_none() ? 0 : prewarp.cast<double>();
+  const Range below = {0, std::acos(-1.0) / dt, false, true};
+  if (design.generator == Generator::tustin && !below.contains(warp)) {
+    raise(callable, refuse_number("prewarp", warp, below, "rad/s, Nyquist's frequency"));
+  }
+  for (int channel = 0; channel < channel_count; ++channel) {
+    const auto factors =
+        gain_factors(design.generator, design.alpha[channel], design.sigma[channel], dt, warp);
+    for (std::size_t i = 0; i < 3; ++i) design.gains[channel][i] *= factors[i];
+  }
+  return PyController(design);
+}
+
 PyController from_taps(const py::object& taps, const py::kwargs& structure) {
   const std::string callable = "Controller.from_taps";
   Json document = {{"format", controller_format}, {"version", document_version}};
@@ -104,6 +132,9 @@ PyController from_taps(const py::object& taps, const py::kwargs& structure) {
 }
 
 py::array taps(const PyController& self) {
+  if (self.settings.memory.is_infinite()) {
+    raise("Controller.taps", {Status::out_of_range, "memory is inf; has no end of taps"});
+  }
   const std::vector<double> all = parameters_of(ParameterSet::taps, self.settings);
   py::array_t<double> table({3, self.settings.memory + 2});
   std::copy(all.begin(), all.end(), table.mutable_data());
@@ -142,8 +173,15 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
   if (self.settings.lateral == Lateral::speed && self.settings.speed_scale == 0) {
     raise(callable, refuse_number("speed_scale", 0, positive, "m/s, outside a simulation"));
   }
-  if (!self.running) self.running = std::make_unique<RuntimeController>();
-  if (self.torque_limit != torque_limit) {
+  if (self.torque_limit != torque_limit && self.settings.memory.is_long()) {
+    if (!self.running_long) {
+      self.running_long =
+          std::make_unique<LongController>(long_controller(self.settings, {torque_limit, 1}));
+    }
+    self.running_long->configure_structure(self.settings, {torque_limit, 1});
+    self.torque_limit = torque_limit;
+  } else if (self.torque_limit != torque_limit) {
+    if (!self.running) self.running = std::make_unique<RuntimeController>();
     self.running->configure(self.settings, {torque_limit, 1});
     if (!self.settings.taps.empty()) {
       const ControllerDesign& d = self.settings;
@@ -155,10 +193,12 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
     return i < measurement.size() ? measurement.at(i) : 0;
   };
   const auto wanted = [&](py::ssize_t i) { return reference.at(i); };
-  const TorquePair<double> torque = self.running->step(
-      Measurement<double>{measured(0), measured(1), measured(2), measured(3), measured(4)},
-      ReferenceSample<double>{wanted(0), wanted(1), wanted(2), wanted(3), wanted(4), wanted(5),
-                              wanted(6), wanted(7) != 0});
+  const Measurement<double> pose = {measured(0), measured(1), measured(2), measured(3),
+                                    measured(4)};
+  const ReferenceSample<double> sample = {wanted(0), wanted(1), wanted(2), wanted(3),
+                                          wanted(4), wanted(5), wanted(6), wanted(7) != 0};
+  const TorquePair<double> torque =
+      self.running_long ? self.running_long->step(pose, sample) : self.running->step(pose, sample);
   return py::make_tuple(torque.left, torque.right);
 }
 
@@ -211,6 +251,12 @@ void bind_controller(py::module_& module) {
   cls.def("to_vector", &to_vector,
           "to_vector(self)\n--\n\nThe inverse of from_vector; of free taps, all of them.");
   cls.def_static(
+      "from_continuous", &from_continuous, py::arg("gains"), py::arg("alpha"), py::arg("sigma"),
+      py::arg("dt"), py::arg("prewarp") = paper_prewarp,
+      "from_continuous(gains, alpha, sigma, dt, prewarp=15.0, **structure)\n--\n\nFrom the "
+      "continuous gains Kp, Ki, Kd of eq. 25, (3, 3), for the sample time dt [s]. prewarp is\nw_c "
+      "[rad/s], None: 0; with generator \"gl\" it is not used.");
+  cls.def_static(
       "from_taps", &from_taps, py::arg("taps"),
       "from_taps(taps, **structure)\n--\n\nFrom the channels' filters themselves, "
       "(3, memory + 2), newest error first, in the\nplace of gains and orders, which are "
@@ -256,6 +302,14 @@ void bind_controller(py::module_& module) {
         name, [name](const C& self) { return unless_free(self, name); },
         documented.cast<std::string>().c_str());
   }
+  const std::string memory_text = cls.attr("memory").attr("__doc__").cast<std::string>();
+  cls.def_property_readonly(
+      "memory",
+      [](const C& self) -> py::object {
+        if (self.settings.memory.is_infinite()) return py::module_::import("math").attr("inf");
+        return py::int_(self.settings.memory.samples);
+      },
+      memory_text.c_str());
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
   cls.def(
@@ -269,13 +323,15 @@ void bind_controller(py::module_& module) {
       "reset",
       [](C& self) {
         if (self.running) self.running->reset();
+        if (self.running_long) self.running_long->reset();
       },
       "reset(self)\n--\n\nForgets past errors and torque.");
   cls.def(
       "feedback",
       [](const C& self) {
-        const TorquePair<double> torque =
-            self.running ? self.running->feedback() : TorquePair<double>{0, 0};
+        const TorquePair<double> torque = self.running        ? self.running->feedback()
+                                          : self.running_long ? self.running_long->feedback()
+                                                              : TorquePair<double>{0, 0};
         return py::make_tuple(torque.left, torque.right);
       },
       "feedback(self)\n--\n\nThe unlimited feedback part of the last step's torques [N m].");

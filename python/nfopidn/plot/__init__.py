@@ -14,6 +14,7 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `errors`                   position and heading errors in the robot's frame
 `weights`                  weights of the fractional derivative and integral
 `z_plane`                  zeros and poles of a channel's filter
+`discretisation`           methods for s^alpha: magnitude, phase, error
 `robot_schematic`          the robot, its coordinates and torques
 `control_system_schematic` the closed loop
 `controller_schematic`     the controller
@@ -27,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nfopidn.plot.filters import weights, z_plane
+    from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
     from nfopidn.plot.runs import (
         errors,
@@ -49,6 +51,7 @@ __all__ = [
     "control_system_schematic",
     "controller_schematic",
     "convergence",
+    "discretisation",
     "errors",
     "feedback_torque",
     "feedforward_torque",
@@ -63,7 +66,7 @@ __all__ = [
     "z_plane",
 ]
 
-_MODULES = ("runs", "filters", "schematics", "searches", "page")
+_MODULES = ("runs", "filters", "operators", "schematics", "searches", "page")
 
 
 # The modules import matplotlib, which takes longer than most simulations: only a figure needs it.

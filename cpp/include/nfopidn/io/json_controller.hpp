@@ -55,6 +55,23 @@ inline Outcome read_taps(const Json& value, ControllerDesign& design) {
   return outcome;
 }
 
+// Long memory needs operators whose tail is made of modes.
+inline Outcome explain_consistency(const ControllerDesign& design) {
+  if (!design.memory.is_long()) return {};
+  const std::string rule = " with a memory beyond " + std::to_string(maximum_memory);
+  for (int channel = 0; channel < channel_count; ++channel) {
+    const double alpha = design.alpha[channel];
+    const double sigma = design.sigma[channel];
+    if (!(std::abs(alpha) < 1)) {
+      return refuse(Status::inconsistent, "alpha", number_text(alpha), "in (-1, 1)" + rule);
+    }
+    if (!(std::abs(1 - sigma) < 1)) {
+      return refuse(Status::inconsistent, "sigma", number_text(sigma), "in (0, 2)" + rule);
+    }
+  }
+  return {};
+}
+
 inline Outcome read_controller(const Json& document, ControllerDesign& result) {
   if (Outcome outcome = json::check_header(document, controller_format); !outcome) return outcome;
   ControllerDesign design = result;
@@ -73,6 +90,7 @@ inline Outcome read_controller(const Json& document, ControllerDesign& result) {
   ControllerSettings<double>& settings = design;
   Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps"});
   if (outcome && taps != document.end()) outcome = read_taps(*taps, design);
+  if (outcome) outcome = explain_consistency(design);
   if (outcome) result = std::move(design);
   return outcome;
 }

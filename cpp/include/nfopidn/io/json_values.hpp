@@ -91,6 +91,15 @@ void read(const Json& value, const Context& context, Integer& result) {
   }
 }
 
+// Infinity is "inf": JSON has no such number, Python and the command line have.
+inline void read(const Json& value, const Context& context, Memory& result) {
+  if (value == "inf" || value == std::numeric_limits<double>::infinity()) {
+    result = infinite_memory;
+  } else {
+    read(value, context, result.samples);
+  }
+}
+
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 void read(const Json& value, const Context& context, Choice& result) {
   if (value.is_string()) {
@@ -192,6 +201,9 @@ inline void read(const Json& value, const Context& context,
 template <class Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
 Json write(Number value) {
   return value;
+}
+inline Json write(const Memory& value) {
+  return value.is_infinite() ? Json("inf") : Json(value.samples);
 }
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 Json write(Choice value) {

@@ -1,0 +1,103 @@
+// L3. The tail of a fractional operator's impulse response as decaying modes of both signs.
+//
+// For ((1 - w)/(1 + p w))^a with |a| < 1, Cauchy's integral pulled onto the cuts w > 1 and, for
+// p = 1, w < -1 gives for k >= 1
+//   c_k = sin(pi a)/pi [ (-1)^k int coth(s/2)^a e^{-ks} ds - int ((e^s - 1)/(1 + p e^s))^a e^{-ks}
+//   ds ]
+// over s > 0; for p < 1 the other cut's share falls as p^k and is nothing after the exact taps.
+// In t = log s the integrands are analytic in a strip, so that the trapezoidal rule converges
+// exponentially: a lattice of rates s_i, the same for every order. The rates below 1/horizon, of
+// which there are infinitely many, act over the horizon as polynomials; Gauss points hold their
+// place, with the weights that integrate those polynomials alike.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+namespace nfopidn::modes {
+
+constexpr int exact_taps = 33;    // before the modes begin: the newest, and blocks of eight
+constexpr double spacing = 0.33;  // of log s: leaves 2e-13 of the sum of the weights
+constexpr double depth = 34.5;    // e^-depth is nothing
+constexpr int slow_count = 12;    // Gauss points below 1/horizon
+
+// Points of Gauss and Legendre on [0, 1].
+inline Eigen::ArrayXd gauss_points(int count) {
+  Eigen::VectorXd next(count - 1);
+  for (int k = 1; k < count; ++k) next(k - 1) = k / std::sqrt(4.0 * k * k - 1);
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  solver.computeFromTridiagonal(Eigen::VectorXd::Zero(count), next, Eigen::EigenvaluesOnly);
+  return (solver.eigenvalues().array() + 1) / 2;
+}
+
+// The decays 1 - e^{-s} of the modes that hold up to `horizon` samples, slowest first.
+inline Eigen::ArrayXd decays(double horizon) {
+  const double slow = 1 / horizon;
+  const double fastest = depth / exact_taps;
+  const int lattice = std::max(0, static_cast<int>(std::log(fastest / slow) / spacing + 0.5));
+  Eigen::ArrayXd rates(slow_count + lattice);
+  rates.head(slow_count) = gauss_points(slow_count) * slow;
+  for (int i = 0; i < lattice; ++i) rates(slow_count + i) = slow * std::exp(spacing * (i + 0.5));
+  return -(-rates).unaryExpr([](double rate) { return std::expm1(rate); });
+}
+
+// Which cut: the modes e^{-ks}, or (-1)^k e^{-ks}.
+enum class Sign { plus, minus };
+
+namespace detail {
+
+using Long = long double;
+using Longs = std::vector<Long>;
+
+// The integrand's factor of e^{-ks} ds.
+inline Long density(double pole, Long order, Sign sign, Long rate) {
+  const Long grown = std::exp(rate);
+  const Long base = sign == Sign::plus ? std::expm1(rate) / (1 + Long(pole) * grown)
+                                       : (1 + grown) / std::expm1(rate);
+  const Long share = std::sin(Long(EIGEN_PI) * order) / Long(EIGEN_PI);
+  return (sign == Sign::plus ? -share : share) * std::pow(base, order);
+}
+
+// Lagrange's polynomial j through the first `slow_count` points, at x.
+inline Long lagrange(const Longs& points, int j, Long x) {
+  Long product = 1;
+  for (int m = 0; m < slow_count; ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    if (m != j) product *= (x - points[i]) / (points[static_cast<std::size_t>(j)] - points[i]);
+  }
+  return product;
+}
+
+}  // namespace detail
+
+// The modes' weights: c_k = sum_i weights_i (1 - decays_i)^k, with (-1)^k for the minus sign, for
+// exact_taps <= k <= horizon. Null for the minus sign of a pole below 1 and for whole orders.
+inline std::vector<long double> weights(double pole, double order, Sign sign, double horizon,
+                                        const Eigen::ArrayXd& decays) {
+  using detail::Long;
+  detail::Longs result(static_cast<std::size_t>(decays.size()), 0);
+  if (order == 0 || (sign == Sign::minus && pole < 1)) return result;
+  detail::Longs rates;
+  for (const double decay : decays) rates.push_back(-std::log1p(-Long(decay)));
+  const auto node = [&](Long rate) {
+    return detail::density(pole, order, sign, rate) * rate * Long(spacing);
+  };
+  for (std::size_t i = slow_count; i < rates.size(); ++i) result[i] = node(rates[i]);
+  // The lattice below the slowest: one by one while the polynomials vary, the rest by its ratio.
+  const Long slow = 1 / Long(horizon);
+  const Long power = 1 + (sign == Sign::plus ? Long(order) : -Long(order));
+  const Long beyond = -std::expm1(-Long(spacing) * power);  // 1 - ratio
+  for (Long place = -0.5L;; place -= 1) {
+    const Long rate = slow * std::exp(Long(spacing) * place);
+    const bool last = rate < slow * 1e-19L;
+    const Long weight = last ? node(rate) / beyond : node(rate);
+    for (int j = 0; j < slow_count; ++j) {
+      result[static_cast<std::size_t>(j)] += weight * detail::lagrange(rates, j, rate);
+    }
+    if (last) return result;
+  }
+}
+
+}  // namespace nfopidn::modes

@@ -1,0 +1,88 @@
+// Fractional operators. The arguments are checked in Python, where the errors are raised.
+#include <pybind11/stl.h>
+
+#include "bindings.hpp"
+#include "nfopidn/design/conversion.hpp"
+#include "nfopidn/design/rational.hpp"
+
+namespace nfopidn::python {
+
+namespace {
+
+using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// The filter and what it was made of.
+struct PyFractionalFilter {
+  FractionalFilter filter;
+  double certificate = -1;  // negative: not yet computed
+};
+
+int samples_of(double memory) {
+  return std::isinf(memory) ? infinite_memory : static_cast<int>(memory);
+}
+
+py::array weights(double pole, double order, int memory) {
+  py::array_t<double> result(memory + 1);
+  series_weights(pole, order, memory, result.mutable_data());
+  return std::move(result);
+}
+
+py::array process(PyFractionalFilter& self, const Samples& samples) {
+  py::array_t<double> result(samples.size());
+  const double* in = samples.data();
+  double* out = result.mutable_data();
+  const py::ssize_t count = samples.size();
+  const py::gil_scoped_release release;
+  for (py::ssize_t i = 0; i < count; ++i) out[i] = self.filter.step(in[i]);
+  return std::move(result);
+}
+
+double certificate(PyFractionalFilter& self) {
+  if (self.certificate < 0) {
+    const py::gil_scoped_release release;
+    self.certificate = self.filter.certificate();
+  }
+  return self.certificate;
+}
+
+py::tuple to_tuple(const ZerosPoles& model) {
+  return py::make_tuple(model.zeros, model.poles, model.gain);
+}
+
+}  // namespace
+
+void bind_fractional(py::module_& module) {
+  module.def("series_weights", &weights, py::arg("pole"), py::arg("order"), py::arg("memory"));
+  module.def("rule_scale", [](double pole, double dt, double prewarp) {
+    return DifferenceRule{pole, dt, prewarp}.scale();
+  });
+  module.def("continued_fraction",
+             [](double order, double pole, double dt, double prewarp, int sections) {
+               return to_tuple(continued_fraction(order, {pole, dt, prewarp}, sections));
+             });
+  module.def("oustaloup",
+             [](double order, double dt, double prewarp, int sections, double low, double high) {
+               return to_tuple(oustaloup(order, {1, dt, prewarp}, sections, low, high));
+             });
+  module.def("gain_factors", [](const std::string& generator, double alpha, double sigma, double dt,
+                                double prewarp) {
+    return gain_factors(generator == "gl" ? Generator::gl : Generator::tustin, alpha, sigma, dt,
+                        prewarp);
+  });
+  using F = PyFractionalFilter;
+  py::class_<F>(module, "SampleFilter", py::is_final())
+      .def(py::init(
+          [](double order, double pole, double dt, double prewarp, double memory, int horizon) {
+            return F{FractionalFilter(order, {pole, dt, prewarp}, samples_of(memory), horizon)};
+          }))
+      .def(py::init<const F&>())
+      .def("step", [](F& self, double sample) { return self.filter.step(sample); })
+      .def("process", &process)
+      .def("reset", [](F& self) { self.filter.reset(); })
+      .def_property_readonly("gain", [](const F& self) { return self.filter.gain(); })
+      .def_property_readonly("modes",
+                             [](const F& self) { return self.filter.kernel().mode_count(); })
+      .def_property_readonly("certificate", &certificate);
+}
+
+}  // namespace nfopidn::python

@@ -1,0 +1,151 @@
+"""How far a controller's truncated operators are from the fractional ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nfopidn._core import Controller
+from nfopidn.fractional import _checks as checks
+from nfopidn.fractional._discretisation import discretise
+
+
+@dataclass(frozen=True)
+class OperatorError:
+    """The worst errors of one operator over the band.
+
+    Attributes
+    ----------
+    channel
+        "x", "y", "theta", or "all"
+    operator
+        "s^alpha" or "s^-sigma"
+    order
+        alpha or -sigma
+    magnitude
+        largest |magnitude ratio - 1| [-]
+    phase
+        largest phase difference [degree]
+    """
+
+    channel: str
+    operator: str
+    order: float
+    magnitude: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class TruncationReport:
+    """The operators of a controller against s^alpha and s^-sigma.
+
+    Attributes
+    ----------
+    memory, generator, dt
+        of the controller; dt [s]
+    band
+        (low, high) [rad/s]
+    errors
+        an entry for each operator
+    """
+
+    memory: float
+    generator: str
+    dt: float
+    band: tuple[float, float]
+    errors: tuple[OperatorError, ...]
+
+    def __str__(self) -> str:
+        low, high = self.band
+        lines = [
+            f"{self.generator}, memory {self.memory:g}, {self.dt:g} s, "
+            f"{low:.3g} to {high:.3g} rad/s ({_samples(self)}):"
+        ]
+        for error in self.errors:
+            channel = "" if error.channel == "all" else f"channel {error.channel}, "
+            lines.append(
+                f"  {channel}{error.operator} ({error.order:+.4g}): magnitude off by up to "
+                f"{100 * error.magnitude:.3g} %, phase by {error.phase:.3g} degrees; "
+                f"{_verdict(error)}"
+            )
+        return "\n".join(lines)
+
+
+def _samples(report: TruncationReport) -> str:
+    turns = 2 * math.pi / report.dt / np.array(report.band[::-1])
+    return f"{turns[0]:.3g} to {turns[1]:.3g} samples a period"
+
+
+def _verdict(error: OperatorError) -> str:
+    if error.magnitude < 0.01 and error.phase < 1:
+        return "a fractional operator"
+    if error.magnitude < 0.2 and error.phase < 10:
+        return "roughly a fractional operator"
+    return "not the fractional operator it is named after"
+
+
+def truncation_report(
+    controller: Controller, dt: float, band: Sequence[float] | None = None
+) -> TruncationReport:
+    """Return how far a controller's operators are from s^alpha and s^-sigma.
+
+    The integral of eq. 34 is the series of s^(1 - sigma), cut after the memory, times the rule's
+    1/s, which is exact.
+
+    Parameters
+    ----------
+    controller
+        with gains and orders, not free taps; of infinite memory 100,000 samples stand for it
+    dt
+        sample time [s]
+    band
+        (low, high) [rad/s], up to pi/dt; None: the decade that ends at a tenth of it
+
+    Returns
+    -------
+    TruncationReport
+        print() shows it in words and numbers.
+
+    Raises
+    ------
+    ValueError
+        Names the argument, its value and what is allowed.
+    """
+    if controller.alpha is None or controller.sigma is None:
+        raise ValueError("controller has free taps; must have gains and orders")
+    dt = checks.sample_time(dt)
+    edges = checks.band(band, dt)
+    alphas, sigmas = (
+        np.broadcast_to(np.asarray(o, dtype=float), 3) for o in (controller.alpha, controller.sigma)
+    )
+    pairs = list(zip(("x", "y", "theta"), alphas.tolist(), sigmas.tolist(), strict=True))
+    if len({pair[1:] for pair in pairs}) == 1:
+        pairs = [("all", *pairs[0][1:])]
+    memory = controller.memory
+    taps = 100_000 if isinstance(memory, float) else int(memory)
+    entries = []
+    for channel, alpha, sigma in pairs:
+        for operator, order, series in (
+            ("s^alpha", alpha, alpha),
+            ("s^-sigma", -sigma, 1 - sigma),
+        ):
+            model = discretise(series, dt, controller.generator, memory=taps)
+            errors = model.errors(edges)
+            if operator == "s^-sigma":
+                # The exact factor is the rule's own 1/s, which is off by the rule alone.
+                errors = _with_integrator(model.order, dt, controller.generator, taps, edges)
+            entries.append(OperatorError(channel, operator, order, *errors))
+    return TruncationReport(memory, controller.generator, dt, edges, tuple(entries))
+
+
+def _with_integrator(
+    series: float, dt: float, generator: str, memory: int, band: tuple[float, float]
+) -> tuple[float, float]:
+    omega = checks.frequencies(band)
+    integrator = discretise(-1, dt, generator).response(omega)
+    ratio = discretise(series, dt, generator, memory=memory).response(omega) * integrator
+    ratio /= (1j * omega) ** (series - 1)
+    return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())

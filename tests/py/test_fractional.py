@@ -1,0 +1,380 @@
+"""nfopidn.fractional against closed forms, mpmath, SciPy and python-control."""
+
+import copy
+import math
+import sys
+
+import mpmath
+import nfopidn
+import numpy as np
+import pytest
+import scipy.signal
+import scipy.special
+from nfopidn.fractional import (
+    METHODS,
+    FractionalFilter,
+    discretise,
+    retune,
+    to_continuous,
+    to_discrete,
+    truncation_report,
+)
+
+RULES = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
+DT = 0.1
+
+
+def exact_weights(rule, order, memory):
+    """Power series of ((1 - w)/(1 + pole w))^order with 50 digits: two binomials."""
+    mpmath.mp.dps = 50
+    pole = mpmath.mpf(1) / 7 if rule == "al-alaoui" else mpmath.mpf(RULES[rule])
+    up = [(-1) ** k * mpmath.binomial(order, k) for k in range(memory + 1)]
+    down = [pole**k * mpmath.binomial(-order, k) for k in range(memory + 1)]
+    sums = [sum(up[i] * down[k - i] for i in range(k + 1)) for k in range(memory + 1)]
+    return np.array([float(value) for value in sums])
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("order", [0.5, -0.5, 0.13, 1.7, -1.99])
+def test_taps_are_the_binomial_series(rule, order):
+    model = discretise(order, DT, rule, memory=60)
+    wanted = exact_weights(rule, order, 60)
+    np.testing.assert_allclose(model.taps, wanted, rtol=1e-12, atol=1e-14 * abs(wanted).max())
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("order", [1, 0, -1])
+def test_whole_orders_are_the_rule_itself(method, order):
+    model = discretise(order, DT, method)
+    omega = np.array([0.3, 2.0, 9.0])
+    z = np.exp(1j * omega * DT)
+    rule = method.removesuffix("-cf")
+    pole = RULES.get(rule, 1.0)
+    wanted = ((1 + pole) / DT * (z - 1) / (z + pole)) ** order
+    np.testing.assert_allclose(model.response(omega), wanted, rtol=1e-13)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("order", [0.5, -0.5, 1.5, -1.3])
+def test_response_is_near_the_power_of_its_rule_in_the_middle_of_the_band(method, order):
+    if method in RULES and abs(order) > 1:
+        pytest.skip("a series of such an order does not converge")
+    model = discretise(order, DT, method, memory=20000, sections=15)
+    middle = np.pi / DT / 30
+    ideal = 1j * middle
+    if method != "oustaloup":
+        ideal = discretise(1, DT, method.removesuffix("-cf")).response(middle)
+    assert abs(model.response(middle) / ideal**order - 1) < 0.05
+
+
+@pytest.mark.parametrize("method", ["tustin-cf", "al-alaoui-cf"])
+def test_more_sections_come_nearer(method):
+    omega = np.pi / DT / 100
+    rule = discretise(1, DT, method.removesuffix("-cf")).response(omega) ** 0.5
+    errors = [
+        abs(discretise(0.5, DT, method, sections=n).response(omega) / rule - 1) for n in (3, 9, 30)
+    ]
+    assert errors[0] > 5 * errors[1] > 25 * errors[2]
+
+
+@pytest.mark.parametrize("order", [0.5, -0.5])
+def test_hard_truncation_is_a_poor_power(order):
+    """At omega T = 0.1 with 100 samples the paper's series is off by a fifth."""
+    ratio = discretise(order, 1.0, memory=100).response(0.1) / 0.1j**order
+    assert 0.1 < abs(ratio - 1) < 0.3
+
+
+def test_prewarping_makes_the_magnitude_exact_there():
+    for method in ("tustin-cf", "al-alaoui-cf"):
+        model = discretise(0.5, DT, method, sections=40, prewarp=12.0)
+        assert abs(model.response(12.0)) == pytest.approx(12**0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("order", [0.5, -1.5, 1])
+def test_conversions_have_the_same_response(method, order):
+    pytest.importorskip("control")
+    model = discretise(order, DT, method, memory=30, sections=5)
+    omega = np.array([0.5, 3.0, 20.0])
+    wanted = model.response(omega)
+    system = model.to_dlti()
+    if model.taps is None:
+        _, found = scipy.signal.freqz_zpk(system.zeros, system.poles, system.gain, omega * DT)
+        np.testing.assert_allclose(found, wanted, rtol=1e-9)
+        _, found = scipy.signal.freqz_sos(model.sections, omega * DT)
+        np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    else:
+        _, found = system.freqresp(omega * DT)
+        np.testing.assert_allclose(found, wanted, rtol=1e-9)
+        with pytest.raises(ValueError, match="has taps"):
+            _ = model.sections
+    np.testing.assert_allclose(model.to_control()(np.exp(1j * omega * DT)), wanted, rtol=1e-8)
+    data = model.to_control(omega)
+    np.testing.assert_allclose(data(1j * omega), wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("module", ["scipy.signal", "control"])
+def test_a_missing_extra_names_the_command(monkeypatch, module):
+    monkeypatch.setitem(sys.modules, module, None)
+    model = discretise(0.5, DT, "tustin-cf")
+    with pytest.raises(ImportError, match="pip install"):
+        model.to_dlti() if module == "scipy.signal" else model.to_control()
+
+
+def test_errors_are_the_worst_of_the_band():
+    model = discretise(0.5, DT, memory=50)
+    omega = np.geomspace(1, 10, 400)
+    ratio = model.response(omega) / (1j * omega) ** 0.5
+    magnitude, phase = model.errors((1, 10))
+    assert magnitude == pytest.approx(abs(abs(ratio) - 1).max(), rel=1e-9)
+    assert phase == pytest.approx(abs(np.angle(ratio, deg=True)).max(), rel=1e-9)
+
+
+# --- sample by sample ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("order", [0.5, -0.25])
+@pytest.mark.parametrize("memory", [7, 1000, math.inf])
+def test_stream_equals_scipys_convolution(rule, order, memory):
+    samples = np.random.default_rng(1).normal(size=5000)
+    model = FractionalFilter(order, DT, memory, rule)
+    length = samples.size if math.isinf(memory) else memory + 1
+    weights = nfopidn._core.series_weights(RULES[rule], order, length - 1)
+    gain = ((1 + RULES[rule]) / DT) ** order
+    wanted = np.convolve(samples, weights)[: samples.size] * gain
+    scale = abs(weights).sum() * abs(samples).max() * gain
+    np.testing.assert_allclose(model.stream(samples), wanted, rtol=0, atol=1e-12 * scale)
+    again = FractionalFilter(order, DT, memory, rule)
+    np.testing.assert_array_equal([again.step(u) for u in samples[:50]], again.filter(samples)[:50])
+
+
+@pytest.mark.parametrize("order", [0.5, -0.5, 1.4, -1.4, 1.0])
+def test_long_signals_by_fft_equal_the_steps(order):
+    samples = np.random.default_rng(2).normal(size=30_000)
+    model = FractionalFilter(order, 1.0, 5000)
+    by_steps = model.copy().stream(samples)
+    scale = abs(by_steps).max()
+    np.testing.assert_allclose(model.filter(samples), by_steps, rtol=0, atol=1e-11 * scale)
+
+
+def test_fft_keeps_fourteen_digits_of_the_weights_sum():
+    samples = np.random.default_rng(3).normal(size=40_000)
+    weights = nfopidn._core.series_weights(1.0, 0.5, 10_000)
+    out = FractionalFilter(0.5, 2.0, 10_000).filter(samples)
+    scale = abs(weights).sum() * abs(samples).max()
+    for k in (0, 9_999, 10_000, 10_001, 39_999):
+        window = samples[max(0, k - 10_000) : k + 1][::-1]
+        exact = math.fsum(weights[: window.size] * window)
+        assert abs(out[k] - exact) <= 1e-14 * scale
+
+
+@pytest.mark.parametrize("order", [0.3, 0.5, -0.5])
+def test_power_of_time_has_the_closed_form(order):
+    """s^a of t^2 is Gamma(3)/Gamma(3 - a) t^(2 - a)."""
+    t = DT / 10 * np.arange(4000)
+    out = FractionalFilter(order, DT / 10).stream(t**2)
+    wanted = 2 / scipy.special.gamma(3 - order) * t ** (2 - order)
+    np.testing.assert_allclose(out[1000:], wanted[1000:], rtol=1e-3)
+
+
+@pytest.mark.parametrize("order", [0.02, 0.5, 0.98, -0.7])
+@pytest.mark.parametrize("memory", [100_000, math.inf])
+def test_the_certificate_holds_for_the_impulse_response(order, memory):
+    model = FractionalFilter(order, 2.0, memory)
+    assert model.modes <= 160
+    assert model.certificate <= 1e-12
+    impulse = np.zeros(60_000)
+    impulse[0] = 1
+    weights = nfopidn._core.series_weights(1.0, order, impulse.size - 1)
+    error = abs(model.stream(impulse) / model._filter.gain - weights).sum() / abs(weights).sum()
+    assert error <= 2e-12
+
+
+def test_weights_of_opposite_orders_differ_by_alternating_signs():
+    up = nfopidn._core.series_weights(1.0, 0.37, 1000)
+    down = nfopidn._core.series_weights(1.0, -0.37, 1000)
+    np.testing.assert_allclose(down, up * (-1.0) ** np.arange(1001), rtol=1e-14)
+
+
+def test_copy_goes_on_alone():
+    model = FractionalFilter(0.5, DT)
+    model.stream(np.ones(300))
+    twin, other = model.copy(), copy.copy(model)
+    first = model.step(1.0)
+    model.step(5.0)
+    assert twin.step(1.0) == first == other.step(1.0)
+    model.reset()
+    assert model.step(1.0) == FractionalFilter(0.5, DT).step(1.0)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_leaves_the_state(bad):
+    model, twin = FractionalFilter(0.5, DT), FractionalFilter(0.5, DT)
+    for one in (model, twin):
+        one.stream(np.arange(500.0))
+    with pytest.raises(ValueError, match="must be finite"):
+        model.step(bad)
+    with pytest.raises(ValueError, match=r"samples\[2\]"):
+        model.stream([1.0, 2.0, bad])
+    with pytest.raises(ValueError, match=r"samples\[0\]"):
+        model.filter([bad])
+    assert model.step(1.0) == twin.step(1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: discretise(2, DT), r"order is 2; must be in \(-2, 2\)"),
+        (lambda: discretise(math.nan, DT), "order is nan"),
+        (lambda: discretise("a", DT), "order is 'a'"),
+        (lambda: discretise(0.5, 0), r"dt is 0; must be in \(0, inf\) s"),
+        (lambda: discretise(0.5, -1), "dt is -1"),
+        (lambda: discretise(0.5, DT, "euler"), "method is 'euler'; must be one of tustin"),
+        (lambda: discretise(0.5, DT, memory=-1), r"memory is -1; must be in \[0, 10000000\]"),
+        (lambda: discretise(0.5, DT, memory=2.5), "memory is 2.5; must be a whole number"),
+        (lambda: discretise(0.5, DT, "tustin-cf", sections=0), "sections is 0"),
+        (lambda: discretise(0.5, DT, prewarp=40.0), "prewarp is 40"),
+        (lambda: discretise(0.5, DT).errors((1, 40)), "Nyquist's frequency 31.4159"),
+        (lambda: discretise(0.5, DT).errors((2, 1)), "must rise"),
+        (lambda: discretise(0.5, DT).errors((1,)), "band has 1 numbers"),
+        (lambda: FractionalFilter(-2, DT), "order is -2"),
+        (lambda: FractionalFilter(0.5, DT, -1), "memory is -1"),
+        (lambda: FractionalFilter(0.5, DT, 1.5), "memory is 1.5"),
+        (lambda: FractionalFilter(0.5, DT, -math.inf), "memory is -inf"),
+        (lambda: FractionalFilter(0.5, DT, method="oustaloup"), "method is 'oustaloup'"),
+        (lambda: FractionalFilter(0.5, DT, horizon=10), "horizon is 10"),
+        (lambda: FractionalFilter(0.5, DT).filter([[1.0]]), "samples has 2 dimensions"),
+    ],
+)
+def test_bad_arguments_are_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+# --- controllers --------------------------------------------------------------------------------
+
+
+def test_long_memory_in_the_closed_loop():
+    costs = [
+        nfopidn.simulate(controller=nfopidn.Controller.published(memory=memory)).cost
+        for memory in (900, 1024, 1025, 100_000, math.inf, "inf")
+    ]
+    np.testing.assert_allclose(costs, costs[0], rtol=1e-12)
+
+
+def test_long_memory_step_by_step_equals_short():
+    short = nfopidn.Controller.published(memory=1024)
+    long = nfopidn.Controller.published(memory=math.inf)
+    rows = nfopidn.Scenario.published(rng=0).reference
+    rng = np.random.default_rng(4)
+    for row in rows[:600]:
+        pose = row[:3] + rng.normal(size=3) * 0.05
+        np.testing.assert_allclose(long.step(pose, row), short.step(pose, row), atol=1e-13)
+    np.testing.assert_allclose(long.feedback(), short.feedback(), atol=1e-13)
+    long.reset()
+    short.reset()
+    np.testing.assert_allclose(long.step(rows[3, :3], rows[0]), short.step(rows[3, :3], rows[0]))
+
+
+def test_infinite_memory_is_kept_by_documents(tmp_path):
+    controller = nfopidn.Controller.published(memory=math.inf)
+    controller.save(tmp_path / "c.json")
+    assert '"memory": "inf"' in (tmp_path / "c.json").read_text()
+    again = nfopidn.Controller.load(tmp_path / "c.json")
+    assert again == controller
+    assert math.isinf(again.memory)
+    assert eval(repr(controller), {"Controller": nfopidn.Controller}) == controller
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"memory": 1_000_001}, "memory is 1000001"),
+        ({"memory": -math.inf}, "memory is -inf"),
+        ({"memory": 2000, "alpha": 1.5}, r"alpha is 1.5; must be in \(-1, 1\) with a memory"),
+        ({"memory": math.inf, "sigma": 0.0}, r"sigma is 0; must be in \(0, 2\) with a memory"),
+    ],
+)
+def test_long_memory_is_refused_where_it_cannot_be(changes, message):
+    with pytest.raises(ValueError, match=message):
+        nfopidn.Controller.published(**changes)
+
+
+def test_what_needs_taps_refuses_long_memory():
+    with pytest.raises(ValueError, match="memory is inf; has no end of taps"):
+        _ = nfopidn.Controller.published(memory=math.inf).taps
+    with pytest.raises(ValueError, match=r"memory is 2000; must be in \[0, 1024\] samples to tune"):
+        nfopidn.tune(structure={"memory": 2000}, maxfev=10)
+
+
+def test_gains_go_to_discrete_and_back():
+    published = nfopidn.Controller.published()
+    gains, alpha, sigma = published.gains, published.alpha, published.sigma
+    continuous = to_continuous(gains, alpha, sigma, 0.2)
+    scale = 15 / math.tan(1.5)
+    np.testing.assert_allclose(continuous, gains * [1, scale**sigma, scale**-alpha], rtol=1e-14)
+    np.testing.assert_allclose(to_discrete(continuous, alpha, sigma, 0.2), gains, rtol=1e-14)
+    made = nfopidn.Controller.from_continuous(continuous, alpha, sigma, 0.2, memory=7)
+    np.testing.assert_allclose(made.gains, gains, rtol=1e-14)
+    assert made.memory == 7
+
+
+@pytest.mark.parametrize(("dt", "prewarp", "generator"), [(0.05, None, "tustin"), (0.3, 15, "gl")])
+def test_continuous_gains_by_other_rules(dt, prewarp, generator):
+    gains = np.arange(9.0).reshape(3, 3)
+    made = nfopidn.Controller.from_continuous(
+        gains, [0.5, 0.6, 0.7], 0.9, dt, prewarp, generator=generator
+    )
+    wanted = to_discrete(gains, [0.5, 0.6, 0.7], 0.9, dt, prewarp=prewarp, generator=generator)
+    np.testing.assert_allclose(made.gains, wanted, rtol=1e-14)
+    scale = 1 / dt if generator == "gl" else 2 / dt
+    np.testing.assert_allclose(wanted[:, 2], gains[:, 2] * scale ** np.array([0.5, 0.6, 0.7]))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((np.eye(3), 0.5, 0.5, 0.0), "dt is 0; must be"),
+        ((np.eye(3), 0.5, 0.5, 0.2, 16.0), "prewarp is 16"),
+        ((np.eye(2), 0.5, 0.5, 0.2), "gains"),
+        ((np.eye(3), 3.0, 0.5, 0.2), "alpha"),
+    ],
+)
+def test_bad_continuous_gains_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        nfopidn.Controller.from_continuous(*arguments)
+
+
+def test_retune_keeps_the_continuous_gains():
+    controller = nfopidn.Controller.published()
+    report = retune(controller, 0.2, new_dt=0.1, memory=10)
+    assert report.controller.memory == 10
+    continuous = to_continuous(controller.gains, controller.alpha, controller.sigma, 0.2)
+    again = to_continuous(report.controller.gains, controller.alpha, controller.sigma, 0.1)
+    np.testing.assert_allclose(again, continuous, rtol=1e-13)
+    assert all(change > 0.001 for change in report.change)
+    assert "%" in str(report)
+    same = retune(controller, 0.2)
+    assert same.controller == controller
+    assert max(same.change) < 1e-14
+    longer = retune(controller.replace(memory=1000), 0.2, memory=math.inf)
+    assert max(longer.change) < 0.02
+
+
+def test_report_tells_how_far_the_operators_are():
+    short = truncation_report(nfopidn.Controller.published(), 0.2)
+    long = truncation_report(nfopidn.Controller.published(memory=math.inf), 0.2)
+    assert [entry.operator for entry in short.errors] == ["s^alpha", "s^-sigma"]
+    for poor, good in zip(short.errors, long.errors, strict=True):
+        assert poor.magnitude > 5 * good.magnitude
+        assert good.magnitude < 0.01
+    assert "not the fractional operator" in str(short) or "roughly" in str(short)
+    wanted = discretise(0.1078, 0.2, memory=5).errors(short.band)
+    assert (short.errors[0].magnitude, short.errors[0].phase) == wanted
+    by_channel = nfopidn.Controller.published(alpha=[0.1, 0.2, 0.3])
+    assert len(truncation_report(by_channel, 0.2).errors) == 6
+    with pytest.raises(ValueError, match="free taps"):
+        truncation_report(nfopidn.Controller.from_taps(np.ones((3, 4))), 0.2)
+    with pytest.raises(ValueError, match="Nyquist"):
+        truncation_report(nfopidn.Controller.published(), 0.2, (1, 20))
