@@ -67,6 +67,10 @@ TYPED_TEST(BumplessLaw, GlidesFromTheLastTorqueToTheNewGains) {
       EXPECT_TRUE(near(torque.left, this->between(offset.left, own.left, i, samples), slack)) << i;
       EXPECT_TRUE(near(torque.right, this->between(offset.right, own.right, i, samples), slack));
     }
+    smooth.begin(-3);
+    const auto m = rig.measured();
+    const auto r = rig.reference();
+    EXPECT_TRUE(same_bits(smooth.step(m, r), rig.plain.step(m, r)));
   }
 }
 
@@ -105,9 +109,15 @@ TYPED_TEST(BumplessLaw, TakesOverFromSomebodyElseWithinTheLimit) {
   const auto first = smooth.step(m, r);
   EXPECT_EQ(first.left, TypeParam(1.25));
   EXPECT_EQ(first.right, -this->limit);
-  // The feedforward, which comes on top, takes the sum beyond the limit.
-  r.tau_left = 9;
+  smooth.begin_from({9, 0}, 4);
   EXPECT_EQ(smooth.step(m, r).left, this->limit);
+  // The feedforward, which comes on top, takes the sum beyond the limit.
+  r.tau_left = r.tau_right = 9;
+  smooth.begin_from({2, 2}, 4);
+  smooth.step(m, {});
+  const auto above = smooth.step(m, r);
+  EXPECT_EQ(above.left, this->limit);
+  EXPECT_EQ(above.right, this->limit);
 }
 
 TYPED_TEST(BumplessLaw, AFreshStartEndsTheGlide) {
