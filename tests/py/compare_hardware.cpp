@@ -72,12 +72,14 @@ struct Sample {
 using Smooth = Bumpless<law::Law, float>;
 
 // One operation between samples: the same on both sides.
-void disturb(Guarded<Smooth, float>& guarded, Smooth& smooth, eddie_guarded& state) {
+void disturb(Guarded<Smooth, float>& guarded, Smooth& smooth, eddie_guarded& state,
+             Subject& subject) {
   const Sample sample(chance(30));
   switch (engine() % 40) {
     case 0:
       guarded.reset();
       eddie_guarded_reset(&state);
+      subject.compare_wheels(TorquePair<float>{0, 0}, state.output);
       break;
     case 1:
       guarded.reset_to(sample.measured, sample.reference);
@@ -105,7 +107,7 @@ void compare_guarded(Bridge bridge, const char* name) {
   eddie_guarded_init(&state, 3, bridge == Bridge::hold ? EDDIE_BRIDGE_HOLD : EDDIE_BRIDGE_REPEAT);
   int bad_ones = 0;  // in a row, so that all of the faults come
   for (int k = 0; k < 20000; ++k) {
-    disturb(guarded, smooth, state);
+    disturb(guarded, smooth, state, subject);
     if (bad_ones == 0 && chance(10)) bad_ones = static_cast<int>(engine() % 6);
     const bool bad = bad_ones > 0;
     if (bad) --bad_ones;
@@ -147,14 +149,17 @@ void compare_wheels() {
   eddie_pose theirs = {};
   for (int k = 0; k < 5000; ++k) {
     const auto before = static_cast<std::uint32_t>(engine());
-    const std::uint32_t now = before + static_cast<std::uint32_t>(engine() >> (engine() % 32));
+    // As far as the counters tell forward from backward, and anywhere.
+    constexpr std::uint32_t edges[] = {0x7FFF, 0x8000, 0x7FFFFFFF, 0x80000000};
+    const auto any = static_cast<std::uint32_t>(engine() >> (engine() % 32));
+    const std::uint32_t now = before + (k % 5 == 0 ? edges[engine() % 4] : any);
     subject.compare(rolled(before, now, 900.0F, robot.wheel_radius),
                     eddie_rolled(before, now, 900.0F));
     const auto first = static_cast<std::uint16_t>(before);
     const auto second = static_cast<std::uint16_t>(now);
     subject.compare(rolled(first, second, 360.5F, robot.wheel_radius),
                     eddie_rolled_16(first, second, 360.5F));
-    const float size = k % 3 == 0 ? 2e-5F : k % 3 == 1 ? 0.2F : 9.0F;
+    const float size = k % 3 == 0 ? 2e-4F : k % 3 == 1 ? 0.2F : 9.0F;
     const float left = draw(size);
     const float right = k % 11 == 0 ? left : draw(size);
     ours = odometry(ours, left, right, robot.track_width);
@@ -176,7 +181,8 @@ void compare_velocities() {
   for (int k = 0; k < 5000; ++k) {
     const eddie_torques torques = {draw(3), draw(3)};
     if (k % 17 == 0) {
-      const eddie_velocity measured = {chance(80) ? draw(2) : bad_number(), draw(4)};
+      const eddie_velocity measured = {chance(80) ? draw(2) : bad_number(),
+                                       chance(80) ? draw(4) : bad_number()};
       ours.synchronise({measured.v, measured.omega});
       eddie_velocity_synchronise(&theirs, &measured);
     }

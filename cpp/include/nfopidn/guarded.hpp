@@ -87,7 +87,6 @@ class Guarded {
   constexpr void forget() noexcept {
     without_ = hold_samples_;
     fault_ = Fault::none;
-    last_ = none();
   }
 
   Law& law_;
