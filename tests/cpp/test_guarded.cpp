@@ -184,5 +184,43 @@ TYPED_TEST(GuardedLaw, AStartFromABadMeasurementIsAReset) {
   EXPECT_TRUE(same_bits(guarded.step(m, r), rig.plain.step(m, r)));
 }
 
+// A fifth of the samples lost, or bad, in the closed loop.
+template <class Law>
+struct Lossy {
+  Law& law;
+  Guarded<Law, double> guarded;
+  Draws draw;
+  bool begun = false;
+
+  TorquePair<double> step(const Measurement<double>& measured,
+                          const ReferenceSample<double>& reference) {
+    const bool lost = draw.between(0, 1) < 0.2 && begun;
+    begun = true;
+    return guarded.step(lost ? Measurement<double>{infinite<double>, 0, 0, 0, 0} : measured,
+                        reference);
+  }
+};
+
+double lossy_cost(Bridge bridge, std::uint64_t seed) {
+  const Scenario scenario = short_scenario();
+  const PreparedRun run = prepare(scenario);
+  using Law = Controller<double, Fir<double, 7>>;
+  Law law;
+  EXPECT_EQ(law.configure(steady_settings(Form::incremental), run.limits), Status::ok);
+  Lossy<Law> lossy{law, Guarded<Law, double>(law, 1000, bridge), Draws(seed)};
+  const auto ignore = [](int, auto&&...) {};
+  return run_closed_loop<double>(run.plant, lossy, run.start, run.inputs(), ignore).cost;
+}
+
+TEST(LostSamples, CostLessWhenTheLawRunsOnItsLastError) {
+  const Scenario scenario = short_scenario();
+  const double cost = evaluate(prepare(scenario), steady_settings(Form::incremental));
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const double repeated = lossy_cost(Bridge::repeat, seed);
+    EXPECT_LT(repeated, 2 * cost) << seed;
+    EXPECT_LT(repeated, lossy_cost(Bridge::hold, seed)) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace nfopidn::test
