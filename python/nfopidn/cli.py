@@ -141,10 +141,23 @@ def _export(arguments: argparse.Namespace) -> int:
     written = []
     if arguments.c or not arguments.cpp:
         name = arguments.name or "nfopidn"
-        written += nfopidn.export_c(controller, arguments.output, scenario=scenario, name=name)
+        written += nfopidn.export_c(
+            controller,
+            arguments.output,
+            scenario=scenario,
+            name=name,
+            hardware=arguments.hardware,
+            reference=arguments.reference,
+        )
     if arguments.cpp:
         name = arguments.name or "nfopidn_controller"
-        written += nfopidn.export_cpp(controller, arguments.output, scenario=scenario, name=name)
+        written += nfopidn.export_cpp(
+            controller,
+            arguments.output,
+            scenario=scenario,
+            name=name,
+            reference=arguments.reference,
+        )
     for path in written:
         print(path)
     return 0
@@ -162,7 +175,17 @@ def _add_export(commands: Any) -> None:
     add("--c", action="store_true", help="write NAME.h and NAME.c (the default)")
     add("--cpp", action="store_true", help="write NAME.hpp")
     add("-o", "--output", default=".", metavar="DIR", help="where to (%(default)s)")
-    add("--scenario", metavar="FILE", help="gives the torque limit and the peak speed")
+    add(
+        "--scenario",
+        metavar="FILE",
+        help="gives the torque limit, the peak speed, the robot, the sample time and the reference",
+    )
+    add(
+        "--hardware",
+        action="store_true",
+        help="in C, also NAME_hardware.h and .c: what stands between the law and a real robot",
+    )
+    add("--reference", action="store_true", help="also the scenario's reference, as a table")
     add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")
     parser.set_defaults(run=_export)
 

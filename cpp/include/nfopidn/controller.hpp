@@ -76,14 +76,21 @@ class Controller {
   NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
       const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
       const ReferenceSample<Base>& reference) noexcept {
-    Channels<Scalar> error = world_error;
-    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
-    feed_lateral(error.y, reference);
-    const TorquePair<Scalar> neurons = allocate(filter_.step(error));
-    feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
-                 next_feedback(feedback_.right, neurons.right, reference.tau_right)};
-    return {limited(feedback_.left + reference.tau_left),
-            limited(feedback_.right + reference.tau_right)};
+    return act(channel_errors(world_error, heading, reference), reference);
+  }
+
+  // A sample without a measurement: the last error once more, and the present feedforward.
+  constexpr TorquePair<Scalar> repeat(const ReferenceSample<Base>& reference) noexcept {
+    return act(filter_.newest(), reference);
+  }
+
+  // A fresh start as if the present error had always been there: the derivative, which after
+  // reset() kicks at the step from no error to this one, has nothing to kick at.
+  constexpr void reset_to(const Measurement<Scalar>& measured,
+                          const ReferenceSample<Base>& reference) noexcept {
+    reset();
+    filter_.fill(
+        channel_errors(world_errors(measured, reference), M::heading(measured.theta), reference));
   }
 
   // The unlimited feedback part of the last step's torque.
@@ -92,6 +99,25 @@ class Controller {
 
  private:
   using M = math<Scalar>;
+
+  // What the filters are fed.
+  NFOPIDN_INLINE constexpr Channels<Scalar> channel_errors(
+      const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
+      const ReferenceSample<Base>& reference) const {
+    Channels<Scalar> error = world_error;
+    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
+    feed_lateral(error.y, reference);
+    return error;
+  }
+
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> act(const Channels<Scalar>& error,
+                                                  const ReferenceSample<Base>& reference) {
+    const TorquePair<Scalar> neurons = allocate(filter_.step(error));
+    feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
+                 next_feedback(feedback_.right, neurons.right, reference.tau_right)};
+    return {limited(feedback_.left + reference.tau_left),
+            limited(feedback_.right + reference.tau_right)};
+  }
 
   NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
                                              const ReferenceSample<Base>& reference) const {

@@ -40,10 +40,22 @@ class Fir {
   }
 
   constexpr void reset() {
-    for (auto& errors : history_) {
-      for (auto& error : errors) error = Scalar(Base(0));
-    }
+    const Scalar zero = Scalar(Base(0));
+    fill({zero, zero, zero});
+  }
+
+  // As if `error` had been given for ever.
+  constexpr void fill(const Channels<Scalar>& error) {
+    fill_channel(0, error.x);
+    fill_channel(1, error.y);
+    fill_channel(2, error.theta);
     head_ = Slack;
+  }
+
+  // The last error given.
+  constexpr Channels<Scalar> newest() const {
+    const int last = shifting ? 0 : head_;
+    return {history_[0][last], history_[1][last], history_[2][last]};
   }
 
   NFOPIDN_INLINE constexpr Channels<Scalar> step(const Channels<Scalar>& error) {
@@ -68,6 +80,10 @@ class Fir {
     for (int j = 0; j < Capacity; ++j) {
       taps_[channel][j] = j < count ? Scalar(taps[j] * scale) : Scalar(Base(0));
     }
+  }
+
+  constexpr void fill_channel(int channel, const Scalar& value) {
+    for (auto& error : history_[channel]) error = value;
   }
 
   NFOPIDN_INLINE constexpr void make_room() {

@@ -2,6 +2,10 @@
 // and no double when Scalar is float.
 #pragma once
 
+#include "nfopidn/bumpless.hpp"
 #include "nfopidn/controller.hpp"
-#include "nfopidn/hardware.hpp"
+#include "nfopidn/guarded.hpp"
 #include "nfopidn/loop.hpp"
+#include "nfopidn/odometry.hpp"
+#include "nfopidn/reference_table.hpp"
+#include "nfopidn/velocity_output.hpp"

@@ -1,0 +1,130 @@
+"""Controllers as source code for a microcontroller: C99 by itself, or C++ on the core's headers.
+
+Both run in single precision and do the same operations in the same order as the core's
+``Controller<float, ...>``, so that their torques have the same bits.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from nfopidn._core import Controller, Scenario
+from nfopidn._export.c_hardware import hardware_texts
+from nfopidn._export.c_law import law_texts
+from nfopidn._export.cpp_law import law_text
+from nfopidn._export.design import check_name, design_of, write
+from nfopidn._export.reference import c_reference_texts
+
+
+def _referenced(scenario: Scenario | None, reference: bool) -> Scenario | None:
+    if reference and scenario is None:
+        raise ValueError("reference is asked for without a scenario, which has it; give a scenario")
+    return scenario if reference else None
+
+
+def export_c(
+    controller: Controller,
+    directory: str | os.PathLike[str],
+    *,
+    scenario: Scenario | None = None,
+    name: str = "nfopidn",
+    hardware: bool = False,
+    reference: bool = False,
+) -> list[Path]:
+    """Write a controller as self-contained C99, a header and a source, in single precision.
+
+    The source has the taps as constants and the functions ``name_init``, ``name_reset`` and
+    ``name_step``; it needs neither heap nor libm. Every setting of a controller is supported, free
+    taps included.
+
+    Parameters
+    ----------
+    controller
+        The controller. Its memory of past errors is not written.
+    directory
+        Where ``name.h`` and ``name.c`` are written; made if it does not exist. Files of these names
+        are replaced.
+    scenario
+        Gives the torque limit [N m] (3.078 without a scenario) and, with ``lateral="speed"`` and
+        ``speed_scale=0``, the peak speed [m/s]; the header's comment names it.
+    name
+        Prefix of all names, and of the files: an identifier of C and C++.
+    hardware
+        Also write ``name_hardware.h`` and ``name_hardware.c``: bad and missed measurements, starts
+        and changes without a kick, odometry, signs, velocities for bases that take no torques. The
+        scenario gives robot and sample time (without one: the paper's).
+    reference
+        Also write ``name_reference.h`` and ``name_reference.c``: the scenario's reference, a table.
+
+    Returns
+    -------
+    list of Path
+        The header and the source, then those of `hardware` and `reference`.
+
+    Raises
+    ------
+    ValueError
+        A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
+        range of single precision, or a reference without a scenario.
+    OSError
+        A file cannot be written.
+    """
+    check_name(name)
+    design = design_of(controller, scenario)
+    path = _referenced(scenario, reference)
+    texts = law_texts(controller, scenario, design, name, repeats=hardware)
+    if hardware:
+        texts |= hardware_texts(scenario, name)
+    if path is not None:
+        texts |= c_reference_texts(path, name)
+    return write(directory, texts)
+
+
+def export_cpp(
+    controller: Controller,
+    directory: str | os.PathLike[str],
+    *,
+    scenario: Scenario | None = None,
+    name: str = "nfopidn_controller",
+    reference: bool = False,
+) -> list[Path]:
+    """Write a controller as a constexpr C++17 header on the core's own, in single precision.
+
+    The header defines ``name::Law`` and the constant ``name::controller``, which the compiler
+    makes.
+
+    Parameters
+    ----------
+    controller
+        The controller. Its memory of past errors is not written.
+    directory
+        Where ``name.hpp`` is written; made if it does not exist. A file of this name is replaced.
+    scenario
+        Gives the torque limit [N m] (3.078 without a scenario) and, with ``lateral="speed"`` and
+        ``speed_scale=0``, the peak speed [m/s]; the header's comment names it.
+    name
+        The namespace and the file: an identifier of C and C++ other than ``nfopidn``.
+    reference
+        Also define the tables ``name::reference`` and ``name::laps`` of the scenario's reference.
+
+    Returns
+    -------
+    list of Path
+        The header.
+
+    Raises
+    ------
+    ValueError
+        A name that is no identifier or is the library's, ``lateral="speed"`` without a speed scale,
+        a tap beyond the range of single precision, or a reference without a scenario.
+    OSError
+        A file cannot be written.
+    """
+    check_name(name)
+    if name == "nfopidn":
+        raise ValueError("name is 'nfopidn', the library's own namespace; choose another")
+    design = design_of(controller, scenario)
+    path = _referenced(scenario, reference)
+    text = law_text(controller, scenario, design, name, reference=path)
+    return write(directory, {f"{name}.hpp": text})

@@ -1,0 +1,45 @@
+"""What stands between the law and a real robot, in C99."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nfopidn._core import Scenario, __version__
+from nfopidn._export.design import folded, fragment, literal, template
+
+
+def hardware_texts(scenario: Scenario | None, name: str) -> dict[str, str]:
+    """Header and source by file. Without a scenario: the published one's robot and sample time."""
+    known = Scenario.published(rng=0) if scenario is None else scenario
+    robot, dt = known.robot, np.float32(known.trajectory.dt)
+    mass, inertia = np.float32(robot.mass), np.float32(robot.inertia)
+    track, radius = np.float32(robot.track_width), np.float32(robot.wheel_radius)
+    one, two = np.float32(1), np.float32(2)
+    words = {
+        "name": name,
+        "name_reset": f"{name}_reset",
+        "guard": name.upper(),
+        "version": __version__,
+        "origin": folded(
+            [
+                f"Robot: {robot!r}",
+                *(
+                    ["No scenario was given: robot and sample time are the paper's."]
+                    if scenario is None
+                    else []
+                ),
+            ],
+            " * ",
+        ),
+        "sample_time": literal(dt),
+        "track_width": literal(track),
+        "wheel_radius": literal(radius),
+        "functions": "\n".join(fragment(f"{part}.c") for part in ("angle", "bits", "heading")),
+        # As Acceleration and VelocityOutput compute them in float.
+        "drive": literal(dt * (one / (mass * radius))),
+        "steer": literal(dt * (track / (two * inertia * radius))),
+    }
+    return {
+        f"{name}_hardware.{kind}": template(f"hardware.{kind}").substitute(words)
+        for kind in ("h", "c")
+    }

@@ -1,0 +1,151 @@
+"""Exported C beside the law: hardware and reference, bit for bit what the library's C++ does."""
+
+import shutil
+import subprocess
+
+import nfopidn
+import numpy as np
+import pytest
+from nfopidn import Controller, Robot, Scenario
+from nfopidn.cli import main
+from test_export import COMPILERS, CONTROLLERS, STRICT, compiled, compiler
+
+SUBJECTS = {"held", "repeated", "start", "wheels", "velocities", "reference"}
+ROBOT = {"mass": 9.5, "inertia": 0.41, "track_width": 0.39, "wheel_radius": 0.081}
+FILES = [f"eddie{part}.{kind}" for part in ("", "_hardware", "_reference") for kind in ("h", "c")]
+
+
+@pytest.fixture(scope="module")
+def lap():
+    """A lap with cusps in 15 s, that goes forwards and backwards, of another robot than Eddie."""
+    return Scenario.published(
+        robot=Robot(**ROBOT), period=15.0, dt=0.05, heading="continuous", torque_limit=1.25
+    )
+
+
+def export(controller, folder, scenario):
+    paths = nfopidn.export_c(
+        controller, folder, scenario=scenario, name="eddie", hardware=True, reference=True
+    )
+    assert [path.name for path in paths] == FILES
+    return paths
+
+
+@pytest.mark.parametrize("name", ["published", "tuned", "clamp", "speed", "plain in the world"])
+def test_every_bit_is_the_librarys(name, lap, tmp_path, repository):
+    sources = [path for path in export(CONTROLLERS[name], tmp_path, lap) if path.suffix == ".c"]
+    nfopidn.export_cpp(CONTROLLERS[name], tmp_path, scenario=lap, name="law", reference=True)
+    for source in sources:
+        compiled([compiler("gcc"), *STRICT, "-O2", "-c", source, "-o", source.with_suffix(".o")])
+    names = {"mass": "MASS", "inertia": "INERTIA", "track_width": "TRACK", "wheel_radius": "RADIUS"}
+    program = tmp_path / "compare"
+    compiled(
+        [
+            *(compiler("g++"), "-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow"),
+            *("-Werror", "-O1", "-ffp-contract=off", "-I", repository / "cpp/include"),
+            *("-I", tmp_path, f"-DSAMPLE_TIME={lap.trajectory.dt}F"),
+            *(f"-DROBOT_{names[field]}={value}F" for field, value in ROBOT.items()),
+            *(repository / "tests/py/compare_hardware.cpp", *tmp_path.glob("*.o"), "-o", program),
+        ]
+    )
+    done = subprocess.run([program], capture_output=True, text=True, check=True, timeout=60)
+    lines = [line.split() for line in done.stdout.splitlines()]
+    assert {line[0] for line in lines} == SUBJECTS
+    for subject, compared, differ in lines:
+        assert int(compared) > 2000, subject
+        assert int(differ) == 0, subject
+
+
+@pytest.mark.parametrize("program", COMPILERS)
+@pytest.mark.parametrize("name", CONTROLLERS)
+def test_it_compiles_without_a_warning(name, program, lap, tmp_path):
+    for source in export(CONTROLLERS[name], tmp_path, lap):
+        if source.suffix == ".c":
+            target = source.with_suffix(".o")
+            command = [compiler(program), *STRICT, *COMPILERS[program], "-Os", "-c", source]
+            compiled([*command, "-o", target])
+    nm = "arm-none-eabi-nm" if program.startswith("arm") else "nm"
+    own = {"eddie_reset", "eddie_step", "eddie_repeat"}
+    for file in tmp_path.glob("*.o"):
+        undefined = subprocess.run([nm, "-u", file], capture_output=True, text=True, check=True)
+        words = set(undefined.stdout.split()[1::2])
+        assert words - own <= {"memset", "memcpy", "memmove", "_GLOBAL_OFFSET_TABLE_"}
+
+
+def test_the_law_alone_is_as_it_was(tmp_path):
+    plain = nfopidn.export_c(Controller.published(), tmp_path)
+    assert len(plain) == 2
+    assert "repeat" not in plain[0].read_text() + plain[1].read_text()
+
+
+def test_the_table_is_the_scenarios_reference(lap, tmp_path):
+    export(Controller.published(), tmp_path, lap)
+    rows = [
+        [float(word.rstrip("F")) for word in line.strip(" {},").split(", ")]
+        for line in (tmp_path / "eddie_reference.c").read_text().splitlines()
+        if line.startswith("    {")
+    ]
+    np.testing.assert_array_equal(
+        np.array(rows, np.float32), lap.reference[:, [0, 1, 2, 3, 5, 6, 7]].astype(np.float32)
+    )
+    assert set(np.array(rows)[:, 6]) == {0.0, 1.0}
+    header = (tmp_path / "eddie_reference.h").read_text()
+    assert f"EDDIE_REFERENCE_COUNT {len(rows)}\n" in header
+    assert f"EDDIE_REFERENCE_LAP {len(rows) - 1} " in header
+
+
+def test_a_scenario_without_feedforward_has_none_in_its_table(tmp_path):
+    scenario = Scenario.published(feedforward=False, period=15.0)
+    nfopidn.export_c(Controller.published(), tmp_path, scenario=scenario, reference=True)
+    rows = [
+        line.strip(" {},").split(", ")
+        for line in (tmp_path / "nfopidn_reference.c").read_text().splitlines()
+        if line.startswith("    {")
+    ]
+    assert {tuple(row[4:6]) for row in rows} == {("0.0F", "0.0F")}
+
+
+def test_an_open_path_says_so(tmp_path):
+    t = np.arange(50) * 0.1
+    scenario = Scenario(nfopidn.Trajectory.from_samples(t, 0.1 * t**2, 0.1))
+    nfopidn.export_c(Controller.published(), tmp_path, scenario=scenario, reference=True)
+    header = (tmp_path / "nfopidn_reference.h").read_text()
+    assert "NFOPIDN_REFERENCE_LAP 50 " in header
+    assert "open" in header
+
+
+def test_without_a_scenario_the_robot_is_the_papers(tmp_path):
+    _, _, header, source = nfopidn.export_c(Controller.published(), tmp_path, hardware=True)
+    text = header.read_text()
+    assert "TRACK_WIDTH 0.452F" in text
+    assert "WHEEL_RADIUS 0.076F" in text
+    assert "SAMPLE_TIME 0.2F" in text
+    assert "No scenario" in text
+    assert source.exists()
+
+
+@pytest.mark.parametrize("exporting", [nfopidn.export_c, nfopidn.export_cpp])
+def test_a_reference_needs_a_scenario(exporting, tmp_path):
+    with pytest.raises(ValueError, match="give a scenario"):
+        exporting(Controller.published(), tmp_path, name="law", reference=True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_command(tmp_path, lap, capsys):
+    controller, scenario = tmp_path / "controller.json", tmp_path / "scenario.json"
+    Controller.published().save(controller)
+    lap.save(scenario)
+    out = tmp_path / "out"
+    arguments = ["export", str(controller), "-o", str(out), "--name", "eddie"]
+    assert main([*arguments, "--hardware", "--reference", "--scenario", str(scenario)]) == 0
+    assert {path.name for path in out.iterdir()} == set(FILES)
+    shutil.rmtree(out)
+    assert main([*arguments, "--cpp", "--reference", "--scenario", str(scenario)]) == 0
+    assert "ReferenceTable<float> laps" in (out / "eddie.hpp").read_text()
+    assert main([*arguments, "--reference"]) == 2
+    assert "give a scenario" in capsys.readouterr().err
+
+
+def test_comments_fit_a_line(tmp_path, lap):
+    for path in export(Controller.published(), tmp_path, lap):
+        assert max(map(len, path.read_text().splitlines())) <= 100, path.name
