@@ -304,6 +304,9 @@ def test_long_memory_is_refused_where_it_cannot_be(changes, message):
 def test_what_needs_taps_refuses_long_memory():
     with pytest.raises(ValueError, match="memory is inf; has no end of taps"):
         _ = nfopidn.Controller.published(memory=math.inf).taps
+    for memory in (2000, math.inf):
+        with pytest.raises(ValueError, match=rf"memory is {memory}; must be in .* for firmware"):
+            nfopidn.export_c(nfopidn.Controller.published(memory=memory), "nowhere")
     with pytest.raises(ValueError, match=r"memory is 2000; must be in \[0, 1024\] samples to tune"):
         nfopidn.tune(structure={"memory": 2000}, maxfev=10)
 

@@ -29,6 +29,8 @@ using virtual void volatile while std export bool true false
 """
 _RESERVED = frozenset(_RESERVED_TEXT.split())
 
+_LONGEST_MEMORY = 1024  # samples
+
 
 class Design(NamedTuple):
     """What both languages need of a controller, in single precision."""
@@ -59,6 +61,11 @@ def check_name(name: str) -> None:
 
 def design_of(controller: Controller, scenario: Scenario | None) -> Design:
     """Round to single precision; refuse what a float cannot hold."""
+    if controller.memory > _LONGEST_MEMORY:
+        raise ValueError(
+            f"memory is {controller.memory:g}; must be in [0, {_LONGEST_MEMORY}] for firmware, "
+            "which runs taps alone"
+        )
     taps = np.asarray(controller.taps)
     with np.errstate(over="ignore"):
         single = taps.astype(np.float32)
