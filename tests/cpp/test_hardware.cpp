@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "nfopidn/hardware.hpp"
 #include "nfopidn/plant.hpp"
@@ -107,6 +108,43 @@ TYPED_TEST(Hardware, BadMeasurementsAreHeldThenStoppedAndNeverRemembered) {
   EXPECT_EQ(guarded.step(good, rig.reference).left, rig.plain.step(good, rig.reference).left);
   EXPECT_EQ(guarded.fault(), Fault::none);
   EXPECT_TRUE(std::isfinite(guarded.step(good, rig.reference).right));
+}
+
+// Finite, and yet their errors are beyond every float, in the law's memory as well.
+TYPED_TEST(Hardware, NumbersBeyondAllMeasureAreBadInTheReferenceToo) {
+  const Measurement<TypeParam> good = {TypeParam(0.2), TypeParam(-0.1), TypeParam(0.05), 0, 0};
+  using M = Measurement<TypeParam>;
+  using R = ReferenceSample<TypeParam>;
+  Rig<TypeParam> rig;
+  Guarded<decltype(rig.law), TypeParam> guarded(rig.law, 1);
+  const auto try_bad = [&](const M& measured, const R& reference, const char* what) {
+    guarded.step(measured, reference);
+    EXPECT_EQ(guarded.fault(), Fault::held) << what;
+    EXPECT_EQ(guarded.step(good, rig.reference).left, rig.plain.step(good, rig.reference).left)
+        << what;
+    EXPECT_EQ(guarded.fault(), Fault::none) << what;
+  };
+  for (const TypeParam bad : {std::numeric_limits<TypeParam>::quiet_NaN(),
+                              std::numeric_limits<TypeParam>::max(), TypeParam(-1.001e6)}) {
+    for (const auto& [member, what] :
+         {std::pair{&M::x, "measured x"}, {&M::y, "measured y"}, {&M::theta, "measured theta"}}) {
+      M measured = good;
+      measured.*member = bad;
+      try_bad(measured, rig.reference, what);
+    }
+    for (const auto& [member, what] : {std::pair{&R::x, "x"},
+                                       {&R::y, "y"},
+                                       {&R::theta, "theta"},
+                                       {&R::v, "v"},
+                                       {&R::tau_left, "tau_left"},
+                                       {&R::tau_right, "tau_right"}}) {
+      R reference = rig.reference;
+      reference.*member = bad;
+      try_bad(good, reference, what);
+    }
+  }
+  guarded.step({TypeParam(1e6), TypeParam(-1e6), TypeParam(1e6), 0, 0}, rig.reference);
+  EXPECT_EQ(guarded.fault(), Fault::none);
 }
 
 }  // namespace

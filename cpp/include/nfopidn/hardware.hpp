@@ -49,10 +49,11 @@ enum class Fault : unsigned char {
   stopped,  // it was bad for too long: no torque
 };
 
-// Runs a controller as long as its measurements are numbers. One that is not never reaches the
-// law's memory: the last torque is held for `hold_samples`, then there is none until a good
-// measurement comes. After `hold_samples` bad ones the law starts afresh, without a kick from
-// errors of long ago.
+// Runs a controller as long as its measurements and references are numbers. One that is not never
+// reaches the law's memory: the last torque is held for `hold_samples`, then there is none until a
+// good one comes. Numbers beyond a million metres or radians count as bad too: their errors could
+// pass the greatest float within the law, and stay there as NaN. After `hold_samples` bad ones the
+// law starts afresh, without a kick from errors of long ago.
 template <class Law, class Scalar>
 class Guarded {
  public:
@@ -60,8 +61,7 @@ class Guarded {
 
   constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
                                     const ReferenceSample<base_t<Scalar>>& reference) noexcept {
-    using M = math<Scalar>;
-    if (M::is_finite(measured.x) && M::is_finite(measured.y) && M::is_finite(measured.theta)) {
+    if (is_good(measured, reference)) {
       if (fault_ == Fault::stopped) law_.reset();
       bad_ = 0;
       fault_ = Fault::none;
@@ -85,6 +85,17 @@ class Guarded {
   constexpr Fault fault() const noexcept { return fault_; }
 
  private:
+  // False for NaN.
+  static constexpr bool is_small(Scalar value) noexcept {
+    return math<Scalar>::absolute(value) <= Scalar(1e6);
+  }
+  static constexpr bool is_good(const Measurement<Scalar>& measured,
+                                const ReferenceSample<base_t<Scalar>>& reference) noexcept {
+    return is_small(measured.x) && is_small(measured.y) && is_small(measured.theta) &&
+           is_small(reference.x) && is_small(reference.y) && is_small(reference.theta) &&
+           is_small(reference.v) && is_small(reference.tau_left) && is_small(reference.tau_right);
+  }
+
   Law& law_;
   int hold_samples_;
   int bad_ = 0;
