@@ -38,8 +38,8 @@ std::vector<Case> golden_cases() {
   brief.chemotactic_steps = 6;
   brief.reproductions = 2;
   brief.dispersals = 3;
-  std::vector<Case> cases = {
-      {1, 2, brief}, {6, 4, brief}, {16, 3, brief}, {17, 3, brief}, {10, 2, brief}};
+  std::vector<Case> cases = {{1, 2, brief},  {6, 4, brief},  {16, 3, brief},
+                             {17, 3, brief}, {10, 2, brief}, {4, 2, brief}};
   cases[1].options.attractant_depth = 2.5;
   cases[1].options.attractant_width = 3;
   cases[1].options.repellent_height = 1.5;
@@ -50,6 +50,7 @@ std::vector<Case> golden_cases() {
   cases[4].options.swims = 12;
   cases[4].options.step = 0.01;
   cases[4].options.attractant_depth = 0;
+  cases[5].options.repellent_height = 0;
   return cases;
 }
 

@@ -157,6 +157,7 @@ GOLDEN = [
     (16, 3, SHORT | {"dispersal_probability": 0.5, "cells": 6}),
     (17, 3, SHORT | {"step": 0.4}),
     (10, 2, SHORT | {"swims": 12, "step": 0.01, "attractant_depth": 0}),
+    (4, 2, SHORT | {"repellent_height": 0}),
 ]
 
 
