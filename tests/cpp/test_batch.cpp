@@ -1,7 +1,6 @@
 // Lanes and dual numbers against the scalar loop: the same law, the same plant.
-#include <gtest/gtest.h>
-
 #include "nfopidn/batch.hpp"
+#include "support.hpp"
 
 namespace nfopidn::test {
 namespace {
@@ -114,9 +113,10 @@ TEST(Batch, RunsTheExactIntegratorOneByOne) {
   }
 }
 
-void expect_gradient(const Scenario& scenario, const char* what) {
-  const Candidates candidates = make_candidates({}, 1, 0.1);
-  const BatchEvaluator evaluator(prepare(scenario), {});
+void expect_gradient(const Scenario& scenario, const ControllerSettings<double>& structure,
+                     const char* what) {
+  const Candidates candidates = make_candidates(structure, 1, 0.1);
+  const BatchEvaluator evaluator(prepare(scenario), structure);
   constexpr int size = 21;
   std::vector<double> directions(size * size, 0.0);
   for (int i = 0; i < size; ++i) directions[static_cast<std::size_t>(i * size + i)] = 1;
@@ -140,11 +140,25 @@ void expect_gradient(const Scenario& scenario, const char* what) {
 }
 
 TEST(Gradient, IsThatOfDifferences) {
-  expect_gradient(Scenario::published(), "lanes ");
+  expect_gradient(Scenario::published(), {}, "lanes ");
   Scenario scenario = Scenario::published();
   scenario.integrator = Integrator::exact;
   scenario.viscous_friction = 0.01;
-  expect_gradient(scenario, "exact integrator ");
+  expect_gradient(scenario, {}, "exact integrator ");
+}
+
+// With a torque limit that is met. The rule hold jumps there, and has no slope.
+TEST(Gradient, PassesTheTorqueLimit) {
+  ControllerSettings<double> structure = steady_settings(Form::incremental);
+  structure.anti_windup = AntiWindup::clamp;
+  for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::exact}) {
+    Scenario scenario = short_scenario();
+    scenario.integrator = integrator;
+    const double free = evaluate(prepare(scenario), structure);
+    scenario.torque_limit = 0.1;
+    EXPECT_NE(evaluate(prepare(scenario), structure), free);
+    expect_gradient(scenario, structure, "clamp ");
+  }
 }
 
 }  // namespace

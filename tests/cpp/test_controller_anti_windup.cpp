@@ -69,6 +69,13 @@ TYPED_TEST(AntiWindupRules, HoldRefusesAWholeStepOutward) {
                         {0.4, 0.3, 0.3, 0.25});
 }
 
+TYPED_TEST(AntiWindupRules, HoldAllowsTheLimitItself) {
+  // All of them are binary fractions, so that the sums meet the limit exactly.
+  this->expect_all_near(
+      this->feedback(AntiWindup::hold, {0.25, 0.5, 0.75, -0.25, -0.5}, {0, 0, 0, 0, 0}),
+      {0.25, 0.5, 0.5, -0.5, -0.5});
+}
+
 TYPED_TEST(AntiWindupRules, ClampStopsAtTheLimit) {
   this->expect_all_near(this->feedback(AntiWindup::clamp, {0.4, 0.9, 2, 1.8, -1}, {0, 0, 0, 0, 0}),
                         {0.4, 0.5, 0.5, 0.3, -0.5});

@@ -153,6 +153,32 @@ TYPED_TEST(Configure, RefusesBadLimits) {
   }
 }
 
+// 1/scale of a denormal scale is infinite, and infinity times an error of 0 is no number.
+TYPED_TEST(Configure, TheLeastSpeedScaleGivesTorques) {
+  ControllerSettings<TypeParam> settings;
+  settings.lateral = Lateral::speed;
+  const ControlLimits<TypeParam> limits = {TypeParam(3.078),
+                                           std::numeric_limits<TypeParam>::denorm_min()};
+  for (const TypeParam scale : {TypeParam(0), limits.speed_scale, TypeParam(least_speed_scale)}) {
+    settings.speed_scale = scale;
+    typename TestFixture::Controlled law;
+    ASSERT_EQ(law.configure(settings, limits), Status::ok);
+    ReferenceSample<TypeParam> reference = {};
+    EXPECT_EQ(law.step(Measurement<TypeParam>{}, reference).left, 0) << scale;
+    reference.y = TypeParam(0.1);
+    reference.v = TypeParam(least_speed_scale) / 2;  // feeds half the error
+    const auto torque = law.step(Measurement<TypeParam>{}, reference);
+    settings.lateral = Lateral::plain;
+    reference.y /= 2;
+    typename TestFixture::Controlled plain;
+    plain.configure(settings);
+    settings.lateral = Lateral::speed;
+    EXPECT_TRUE(near(torque.left, plain.step(Measurement<TypeParam>{}, reference).left,
+                     8 * unit<TypeParam>))
+        << scale;
+  }
+}
+
 TYPED_TEST(Configure, KeepsPastErrorsAndTheLastTorque) {
   auto law = this->running();
   ASSERT_NE(law.feedback().left, 0);

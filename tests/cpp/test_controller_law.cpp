@@ -157,6 +157,15 @@ TYPED_TEST(Law, NamedAllocationsAreThoseOfTheDesign) {
   }
 }
 
+// They have sums of their own instead of a matrix.
+TYPED_TEST(Law, NamedAllocationsEqualTheEquations) {
+  for (const auto& named : {Allocation<TypeParam>::paper(), Allocation<TypeParam>::decoupled()}) {
+    ControllerSettings<TypeParam> settings = random_settings<TypeParam>(this->draw);
+    settings.allocation = named;
+    this->expect_literal(settings);
+  }
+}
+
 TYPED_TEST(Law, TheSpeedScaleOfTheSettingsComesFirst) {
   auto settings = random_settings<TypeParam>(this->draw);
   settings.lateral = Lateral::speed;

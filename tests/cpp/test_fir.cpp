@@ -134,5 +134,11 @@ TYPED_TEST(FirFilter, IsSilentBeforeItHasTaps) {
   EXPECT_EQ(this->filter.count(), 2);
 }
 
+// What a microcontroller has to keep: taps, the past errors, two numbers.
+TEST(FirSize, IsTheLeastThereCanBe) {
+  EXPECT_EQ(sizeof(Fir<float, 7>), 3 * (7 + 6) * sizeof(float) + 2 * sizeof(int));
+  EXPECT_EQ(sizeof(Fir<float, 7, 3>), 3 * (7 + 7 + 3) * sizeof(float) + 2 * sizeof(int));
+}
+
 }  // namespace
 }  // namespace nfopidn::test

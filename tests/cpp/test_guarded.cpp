@@ -184,6 +184,34 @@ TYPED_TEST(GuardedLaw, AStartFromABadMeasurementIsAReset) {
   EXPECT_TRUE(same_bits(guarded.step(m, r), rig.plain.step(m, r)));
 }
 
+// Finite, and yet their errors would be beyond every float, in the law's memory as well.
+TYPED_TEST(GuardedLaw, NumbersBeyondAllMeasureAreBadInTheReferenceToo) {
+  using M = Measurement<TypeParam>;
+  using R = ReferenceSample<TypeParam>;
+  for (const TypeParam bad :
+       {not_a_number<TypeParam>, std::numeric_limits<TypeParam>::max(), TypeParam(-1.001e6)}) {
+    for (const auto number : {&R::x, &R::y, &R::theta, &R::v, &R::tau_left, &R::tau_right}) {
+      Rig<TypeParam> rig;
+      Guarded<decltype(rig.law), TypeParam> guarded(rig.law, 2);
+      const M m = rig.measured();
+      const R good = rig.reference();
+      const auto torque = guarded.step(m, good);
+      rig.plain.step(m, good);
+      R reference = good;
+      reference.*number = bad;
+      EXPECT_TRUE(same_bits(guarded.step(m, reference), torque));
+      EXPECT_EQ(guarded.fault(), Fault::held);
+      EXPECT_TRUE(same_bits(guarded.missed(reference), torque));
+      EXPECT_TRUE(same_bits(guarded.step(m, good), rig.plain.step(m, good)));
+      EXPECT_EQ(guarded.fault(), Fault::none);
+    }
+  }
+  Rig<TypeParam> rig;
+  Guarded<decltype(rig.law), TypeParam> guarded(rig.law, 1);
+  guarded.step({TypeParam(1e6), TypeParam(-1e6), TypeParam(1e6), 0, 0}, rig.reference());
+  EXPECT_EQ(guarded.fault(), Fault::none);
+}
+
 // A fifth of the samples lost, or bad, in the closed loop.
 template <class Law>
 struct Lossy {

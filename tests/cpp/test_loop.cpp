@@ -225,5 +225,7 @@ TEST_F(Loop, TheLimitItselfIsNoDivergence) {
   EXPECT_EQ(run(again).result.completed, 0);
 }
 
+TEST(DelayRange, EndsWhereTheContractSays) { EXPECT_EQ(maximum_delay, 64); }
+
 }  // namespace
 }  // namespace nfopidn::test

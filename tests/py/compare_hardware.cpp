@@ -57,12 +57,14 @@ struct Sample {
   explicit Sample(bool bad) {
     const float size = chance(20) ? 4.0F : 0.3F;
     measured = {draw(size), draw(size), draw(3 * size), 0, 0};
-    if (bad) {
-      float* const numbers[] = {&measured.x, &measured.y, &measured.theta};
-      *numbers[engine() % 3] = bad_number();
-    }
     reference = {draw(size), draw(size), draw(3 * size), draw(1),
                  draw(1),    draw(0.5F), draw(0.5F),     chance(50)};
+    if (bad) {
+      float* const numbers[] = {&measured.x,  &measured.y,         &measured.theta,
+                                &reference.x, &reference.y,        &reference.theta,
+                                &reference.v, &reference.tau_left, &reference.tau_right};
+      *numbers[engine() % 9] = bad_number();
+    }
     pose = {measured.x, measured.y, measured.theta};
     wanted = {reference.x,        reference.y,         reference.theta,  reference.v,
               reference.tau_left, reference.tau_right, reference.reverse};

@@ -1,6 +1,7 @@
 """Passino's bacterial foraging in plain Python, for comparison with the core's.
 
-It shares the core's random draws and their order, and nothing else.
+It shares the core's random draws and their order, and nothing else. Run as a program it prints
+tests/golden/bfoa.csv.
 """
 
 import math
@@ -135,3 +136,38 @@ def forage(
         for i in scattered:
             costs[i] = cost_of(places[i])
     return run
+
+
+def hills(x):
+    """Many minima; the least is at (0.3, 0.6, 0.9, ...)."""
+    return sum((u - 0.3 * i) ** 2 + 0.1 * math.cos(9 * u) for i, u in enumerate(x, 1))
+
+
+# Of the golden file, in its order; tests/cpp/test_bfoa.cpp has the same.
+SHORT = {"chemotactic_steps": 6, "reproductions": 2, "dispersals": 3}
+SIGNALS = {
+    "attractant_depth": 2.5,
+    "attractant_width": 3,
+    "repellent_height": 1.5,
+    "repellent_width": 40,
+}
+GOLDEN = [
+    (1, 2, SHORT),
+    (6, 4, SHORT | SIGNALS),
+    (16, 3, SHORT | {"dispersal_probability": 0.5, "cells": 6}),
+    (17, 3, SHORT | {"step": 0.4}),
+    (10, 2, SHORT | {"swims": 12, "step": 0.01, "attractant_depth": 0}),
+    (4, 2, SHORT | {"repellent_height": 0}),
+]
+
+
+def print_golden():
+    print("case,l,k,j,nfev,best,mean")
+    for case, (seed, p, options) in enumerate(GOLDEN):
+        bounds = [(-1.0 - i, 2.0 + 3 * i) for i in range(p)]
+        for row in forage(hills, bounds, seed, **options).history:
+            print(case, *map(repr, row), sep=",")
+
+
+if __name__ == "__main__":
+    print_golden()

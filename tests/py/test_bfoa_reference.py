@@ -7,14 +7,10 @@ import numpy as np
 import pytest
 import reference_bfoa
 from numpy.testing import assert_allclose, assert_array_equal
+from reference_bfoa import hills
 
 EXACT = {"rtol": 1e-12, "atol": 1e-12}
 NO_SWARMING = {"attractant_depth": 0, "repellent_height": 0}
-
-
-def hills(x):
-    """Many minima; the least is at (0.3, 0.6, 0.9, ...)."""
-    return sum((u - 0.3 * i) ** 2 + 0.1 * math.cos(9 * u) for i, u in enumerate(x, 1))
 
 
 def slope(x):

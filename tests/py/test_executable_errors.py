@@ -1,6 +1,5 @@
 """What the executable refuses: one line on standard error, exit code 2, and no file touched."""
 
-import resource
 import subprocess
 from pathlib import Path
 
@@ -108,14 +107,3 @@ def test_a_full_standard_output_is_noticed(arguments, sim):
     assert run.returncode == 2
     assert run.stderr.count("\n") == 1
     assert "No space left" in run.stderr
-
-
-def test_a_killed_run_leaves_the_old_file(sim, tmp_path):
-    def allow_one_second():
-        resource.setrlimit(resource.RLIMIT_CPU, (1, 1))
-
-    out = tmp_path / "run.csv"
-    out.write_text("precious")
-    run = sim(*ENDLESS, "--out", out, preexec_fn=allow_one_second)
-    assert run.returncode < 0
-    assert out.read_text() == "precious"

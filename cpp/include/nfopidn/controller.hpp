@@ -47,7 +47,8 @@ class Controller {
     structure_.choose(settings);
     limit_ = limits.torque;
     const Base scale = settings.speed_scale > Base(0) ? settings.speed_scale : limits.speed_scale;
-    inverse_speed_scale_ = Base(1) / scale;
+    constexpr Base least = Base(least_speed_scale);
+    inverse_speed_scale_ = Base(1) / (scale < least ? least : scale);
   }
 
   // Taps of the channels x, y, theta as fuse_taps() makes them, in Scalar or in Base.

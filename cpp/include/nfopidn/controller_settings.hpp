@@ -86,6 +86,9 @@ struct Memory {
   constexpr bool is_long() const { return samples > maximum_memory; }
 };
 
+// A lesser divisor of V_r counts as this one: 1/1e-40 is no float.
+constexpr double least_speed_scale = 1e-9;  // [m/s]
+
 // What a controller is told about the scenario it runs in.
 template <class Base = double>
 struct ControlLimits {

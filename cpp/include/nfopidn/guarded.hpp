@@ -17,10 +17,11 @@ enum class Bridge : unsigned char {
   repeat,  // the law runs on its last error, with the present feedforward: as a missed sample
 };
 
-// Runs a controller as long as it is given measurements. A bad one (NaN, infinite, or so large that
-// Scalar's arithmetic would not survive it) never reaches the law's memory. Up to `hold_samples` in
-// a row without a good one are bridged; then there is no torque until a good one comes, with which
-// the law starts afresh, without a kick. Law is a Controller, or a Bumpless around one.
+// Runs a controller as long as it is given measurements and references. A bad one (NaN, infinite,
+// or so large that Scalar's arithmetic would not survive it) never reaches the law's memory. Up to
+// `hold_samples` in a row without a good one are bridged; then there is no torque until a good one
+// comes, with which the law starts afresh, without a kick. Law is a Controller, or a Bumpless
+// around one.
 template <class Law, class Scalar>
 class Guarded {
  public:
@@ -35,7 +36,7 @@ class Guarded {
 
   constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
                                     const ReferenceSample<Base>& reference) noexcept {
-    if (!usable(measured)) {
+    if (!usable(measured) || !usable(reference)) {
       if (bridge_ == Bridge::repeat) return missed(reference);
       return bridged() ? last_ : (last_ = none());
     }
@@ -48,7 +49,8 @@ class Guarded {
   // The timer ticked and no measurement came: the law takes its last error once more, so that its
   // memory keeps pace with time, and adds the present feedforward.
   constexpr TorquePair<Scalar> missed(const ReferenceSample<Base>& reference) noexcept {
-    return last_ = bridged() ? law_.repeat(reference) : none();
+    if (!bridged()) return last_ = none();
+    return usable(reference) ? last_ = law_.repeat(reference) : last_;
   }
 
   constexpr void reset() noexcept {
@@ -59,7 +61,7 @@ class Guarded {
   // Without a kick at the next step; a bad measurement is as none.
   constexpr void reset_to(const Measurement<Scalar>& measured,
                           const ReferenceSample<Base>& reference) noexcept {
-    if (!usable(measured)) return reset();
+    if (!usable(measured) || !usable(reference)) return reset();
     law_.reset_to(measured, reference);
     forget();
   }
@@ -71,6 +73,13 @@ class Guarded {
     using M = math<Scalar>;
     return M::absolute(measured.x) <= farthest && M::absolute(measured.y) <= farthest &&
            M::absolute(measured.theta) <= farthest;
+  }
+  static constexpr bool usable(const ReferenceSample<Base>& reference) noexcept {
+    using M = math<Base>;
+    return M::absolute(reference.x) <= farthest && M::absolute(reference.y) <= farthest &&
+           M::absolute(reference.theta) <= farthest && M::absolute(reference.v) <= farthest &&
+           M::absolute(reference.tau_left) <= farthest &&
+           M::absolute(reference.tau_right) <= farthest;
   }
 
  private:

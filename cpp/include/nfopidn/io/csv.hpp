@@ -120,13 +120,9 @@ inline const std::vector<double>* find(const Table& table, const char* name) {
 }  // namespace csv
 
 // A trajectory from a table with the columns x and y [m], and t [s] in equal steps or, without t,
-// settings.dt apart. Uses dt, heading and laps of the settings.
-inline Outcome load_trajectory(const std::string& path, TrajectorySettings settings,
-                               Trajectory& result) {
-  std::string text;
-  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
-  csv::Table table;
-  if (Outcome outcome = csv::parse(path, text, table); !outcome) return outcome;
+// settings.dt apart. Uses dt, heading and laps of the settings. `path` stands in messages.
+inline Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
+                                     TrajectorySettings settings, Trajectory& result) {
   const std::vector<double>* columns[] = {csv::find(table, "x"), csv::find(table, "y")};
   if (columns[0] == nullptr || columns[1] == nullptr) {
     return csv::fault(path, 1, "no columns x and y in the header");
@@ -161,6 +157,15 @@ inline Outcome load_trajectory(const std::string& path, TrajectorySettings setti
   Outcome outcome = build_trajectory(settings, array(*columns[0]), array(*columns[1]), "", result);
   if (!outcome) outcome.message = path + ": " + outcome.message;
   return outcome;
+}
+
+inline Outcome load_trajectory(const std::string& path, const TrajectorySettings& settings,
+                               Trajectory& result) {
+  std::string text;
+  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
+  csv::Table table;
+  if (Outcome outcome = csv::parse(path, text, table); !outcome) return outcome;
+  return trajectory_from_table(path, table, settings, result);
 }
 
 }  // namespace nfopidn

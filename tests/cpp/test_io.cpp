@@ -1,0 +1,129 @@
+// Reading and writing: what the executable's and Python's tests of files do not come by.
+#include "nfopidn/io/csv.hpp"
+#include "support.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Files : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder);
+    fs::create_directory(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  static std::string content(const fs::path& path) {
+    std::string text;
+    EXPECT_TRUE(read_file(path.string(), text)) << path;
+    return text;
+  }
+  std::ptrdiff_t count() const {
+    return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+  }
+
+  const fs::path folder =
+      fs::temp_directory_path() / ("nfopidn-test-io-" + std::to_string(::getpid()));
+};
+
+TEST_F(Files, AreReplacedWhole) {
+  const fs::path path = folder / "a.txt";
+  ASSERT_TRUE(write_file(path.string(), "old"));
+  {
+    OutputFile file;
+    ASSERT_TRUE(file.open(path.string()));
+    EXPECT_EQ(content(path), "old");
+    ASSERT_TRUE(file.commit("new"));
+    EXPECT_EQ(content(path), "new");
+  }
+  {
+    OutputFile file;
+    ASSERT_TRUE(file.open(path.string()));
+  }
+  EXPECT_EQ(content(path), "new");
+  EXPECT_EQ(count(), 1);
+}
+
+TEST_F(Files, ALinkStaysALink) {
+  const fs::path path = folder / "a.txt", link = folder / "link";
+  ASSERT_TRUE(write_file(path.string(), "old"));
+  fs::create_symlink("a.txt", link);
+  ASSERT_TRUE(write_file(link.string(), "new"));
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(content(path), "new");
+  // One that points nowhere is replaced.
+  fs::remove(path);
+  ASSERT_TRUE(write_file(link.string(), "newer"));
+  EXPECT_EQ(content(link), "newer");
+  EXPECT_EQ(count(), 1);
+}
+
+TEST_F(Files, WhatCannotBeReplacedIsSaid) {
+  const fs::path path = folder / "a";
+  OutputFile file;
+  ASSERT_TRUE(file.open(path.string()));
+  fs::create_directories(path / "b");
+  const Outcome outcome = file.commit("text");
+  EXPECT_EQ(outcome.status, Status::inconsistent);
+  EXPECT_NE(outcome.message.find("cannot be written"), std::string::npos);
+}
+
+TEST(Printable, TakesUtf8AndNothingElse) {
+  EXPECT_EQ(printable("a\xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80"),
+            "a\xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80");
+  EXPECT_EQ(printable("\n\x7F"), "\\x0a\\x7f");
+  EXPECT_EQ(printable("\xC3"), "\\xc3");             // cut off
+  EXPECT_EQ(printable("\xE2\x82z"), "\\xe2\\x82z");  // broken off
+  EXPECT_EQ(printable("\xC0\x80\xFF"), "\\xc0\\x80\\xff");
+}
+
+TEST(RangeText, NamesWhatIsBounded) {
+  EXPECT_EQ(range_text(between(1, 2)), "in [1, 2]");
+  EXPECT_EQ(range_text({1, 2, true, true}), "in (1, 2)");
+  EXPECT_EQ(range_text(greater_than(0)), "greater than 0");
+  EXPECT_EQ(range_text(at_least(0.5)), "at least 0.5");
+  EXPECT_EQ(range_text({-infinite<double>, 3, false, true}), "less than 3");
+  EXPECT_EQ(range_text({-infinite<double>, 3, false, false}), "at most 3");
+  EXPECT_EQ(range_text(any_number()), "finite");
+}
+
+Outcome read_taps_document(const Json& extra) {
+  Json document = {{"format", controller_format}, {"version", 1}};
+  document.update(extra);
+  ControllerDesign design;
+  Outcome outcome = read_controller(document, design);
+  EXPECT_EQ(write_controller(design), write_controller(ControllerDesign()));
+  return outcome;
+}
+
+TEST(TapsDocument, IsRefusedWithItsReason) {
+  const Json rows = Json::array({{1, 2}, {3, 4}, {5, 6}});
+  EXPECT_EQ(read_taps_document({{"taps", {{1, 2}, {3, 4}}}}).message,
+            "taps must be 3 lists of 2 to 1026 numbers, all of one length");
+  EXPECT_EQ(read_taps_document({{"taps", {{1, 2}, {3, 4}, {5, 6, 7}}}}).status, Status::wrong_size);
+  EXPECT_EQ(read_taps_document({{"taps", rows}, {"memory", 3}}).message,
+            "memory is 3; 2 taps a channel make it 0");
+  EXPECT_EQ(read_taps_document({{"taps", rows}, {"alpha", 0.5}}).message,
+            "alpha stands beside taps; leave out one");
+  EXPECT_EQ(read_taps_document({{"taps", {{1, 2}, {3, 1e7}, {5, 6}}}}).status,
+            Status::out_of_range);
+}
+
+TEST(Tables, KeepTheirResultWhenRefused) {
+  TrajectorySettings settings;
+  Trajectory trajectory;
+  csv::Table table;
+  ASSERT_TRUE(csv::parse("p", "t,x,y\n0,0,0\n0.1,1,0\n0.2,2,1\n", table));
+  ASSERT_TRUE(trajectory_from_table("p", table, settings, trajectory));
+  EXPECT_EQ(trajectory.size(), 3);
+  EXPECT_NEAR(trajectory.dt(), 0.1, 1e-15);
+  table.columns[0][2] = 0.3;
+  const Outcome outcome = trajectory_from_table("p", table, settings, trajectory);
+  EXPECT_EQ(outcome.message, "p:4: t does not rise in equal steps");
+  EXPECT_EQ(trajectory.size(), 3);
+}
+
+}  // namespace
+}  // namespace nfopidn::test
