@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import plot
+from nfopidn import plot, stability
 from nfopidn._core import (
     Controller,
     Robot,
@@ -31,5 +31,6 @@ __all__ = [
     "export_cpp",
     "plot",
     "simulate",
+    "stability",
     "tune",
 ]

@@ -13,4 +13,5 @@ PYBIND11_MODULE(_core, module) {
   binding::bind_controller(module);
   binding::bind_simulation(module);
   binding::bind_tuning(module);
+  binding::bind_stability(module);
 }

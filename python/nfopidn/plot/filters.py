@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from nfopidn._core import Controller
+from nfopidn._weights import generator_weights
 from nfopidn.plot import style
 from nfopidn.plot.style import Stroke
 
@@ -42,18 +42,6 @@ _POLE: Stroke = {
     "markersize": 8,
     "markeredgewidth": 1.8,
 }
-
-
-def _generator_weights(generator: str, order: float, memory: int) -> NDArray[np.float64]:
-    """Return f_j of ((1 - w)/(1 + w))^order (tustin) or g_j of (1 - w)^order (gl), j <= memory."""
-    weights = np.ones(memory + 1)
-    for j in range(1, memory + 1):
-        if generator == "gl":
-            weights[j] = weights[j - 1] * (j - 1 - order) / j
-        else:
-            before = (j - 2) * weights[j - 2] if j > 1 else 0.0
-            weights[j] = (before - 2 * order * weights[j - 1]) / j
-    return weights
 
 
 def weights(controller: Controller, ax: Axes | None = None) -> Axes:
@@ -98,7 +86,7 @@ def weights(controller: Controller, ax: Axes | None = None) -> Axes:
         ):
             ax.plot(
                 j,
-                _generator_weights(controller.generator, order, memory),
+                generator_weights(controller.generator, order, memory),
                 label=rf"${letter}_j({symbol} = {order:.4g})$",
                 linestyle=_CHANNEL_DASHES[i],
                 **{**stroke, "markersize": stroke["markersize"] if memory <= 60 else 0},
