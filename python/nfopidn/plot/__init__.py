@@ -14,6 +14,9 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `errors`                   position and heading errors in the robot's frame
 `weights`                  weights of the fractional derivative and integral
 `z_plane`                  zeros and poles of a channel's filter
+`operator_z_plane`         the same of a truncated fractional operator
+`multipliers`              Floquet multipliers of a loop's orbit
+`basin`                    from where a run ends on its path
 `robot_schematic`          the robot, its coordinates and torques
 `control_system_schematic` the closed loop
 `controller_schematic`     the controller
@@ -44,14 +47,18 @@ if TYPE_CHECKING:
         robot_schematic,
     )
     from nfopidn.plot.searches import convergence
+    from nfopidn.plot.stability import basin, multipliers, operator_z_plane
 
 __all__ = [
+    "basin",
     "control_system_schematic",
     "controller_schematic",
     "convergence",
     "errors",
     "feedback_torque",
     "feedforward_torque",
+    "multipliers",
+    "operator_z_plane",
     "orientation",
     "overview",
     "path",
@@ -63,7 +70,7 @@ __all__ = [
     "z_plane",
 ]
 
-_MODULES = ("runs", "filters", "schematics", "searches", "page")
+_MODULES = ("runs", "filters", "schematics", "searches", "page", "stability")
 
 
 # The modules import matplotlib, which takes longer than most simulations: only a figure needs it.
