@@ -1,5 +1,7 @@
 """nfopidn.stability.loop: verdicts and multipliers against runs of simulate()."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from nfopidn import Controller, Robot, Scenario, Trajectory, simulate, stability
@@ -106,7 +108,7 @@ def test_a_perturbed_start_contracts_at_the_spectral_radius():
     run = states(simulate(scenario, PUBLISHED))
     # Once the deviation is along the slowest direction, a lap multiplies it by the multiplier.
     laps = [run[750 * lap + 100] - found.orbit[100] for lap in (3, 4, 5)]
-    for before, after in zip(laps, laps[1:], strict=False):
+    for before, after in pairwise(laps):
         ratio = np.dot(before, after) / np.dot(before, before)
         assert ratio == pytest.approx(found.multipliers[0].real, rel=5e-3)
 

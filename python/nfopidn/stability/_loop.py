@@ -24,7 +24,7 @@ _ARRIVED = 0.05
 
 @dataclass(frozen=True)
 class Switch:
-    """How near the orbit passes to a corner of the map, beyond which the linearisation says nothing.
+    """How near the orbit passes to a corner of the map, beyond which the linearisation ends.
 
     Attributes
     ----------
@@ -171,7 +171,9 @@ class LoopStability:
 def _power_text(log_radius: float) -> str:
     if abs(log_radius) < 600:
         return f"{np.exp(log_radius):.4g}"
-    return f"1e{log_radius / np.log(10):+.2f}"
+    decades = log_radius / np.log(10)
+    exponent = int(np.floor(decades))
+    return f"{10 ** (decades - exponent):.4g}e{exponent:+d}"
 
 
 def _state_names(size: int, controller: Controller, delay: int) -> tuple[str, ...]:

@@ -266,13 +266,15 @@ def _structured_value(matrix: Complex) -> Array:
         + 2 * np.abs(matrix[:, 0, 1] * matrix[:, 1, 0])
     )
     determinant = np.abs(np.linalg.det(matrix))
-    return np.sqrt(0.5 * (squares + np.sqrt(np.maximum(squares**2 - 4 * determinant**2, 0))))
+    return np.asarray(
+        np.sqrt(0.5 * (squares + np.sqrt(np.maximum(squares**2 - 4 * determinant**2, 0))))
+    )
 
 
 def _disk_margin(response: Response, grid: Array) -> DiskMargin:
     def skewed(frequency: Array) -> Array:
         sensitivity = np.linalg.inv(np.eye(2) + response(frequency))
-        return _structured_value(sensitivity - 0.5 * np.eye(2))
+        return _structured_value(np.asarray(sensitivity - 0.5 * np.eye(2), dtype=np.complex128))
 
     value, frequency = _peak(skewed, grid)
     disk = 1 / value

@@ -52,8 +52,8 @@ class ZPlane:
 
     def __str__(self) -> str:
         return (
-            f"{self.verdict}: {len(self.poles)} poles {_text(self.poles, self.poles_place)}; "
-            f"{len(self.zeros)} zeros {_text(self.zeros, self.zeros_place)}"
+            f"{self.verdict}: {_text('pole', self.poles, self.poles_place)}; "
+            f"{_text('zero', self.zeros, self.zeros_place)}"
         )
 
 
@@ -91,32 +91,28 @@ def _place(roots: NDArray[np.complex128]) -> Place:
     return "inside" if size < 1 else "outside"
 
 
-def _text(roots: NDArray[np.complex128], place: Place) -> str:
-    return f"{place} the unit circle, largest modulus {np.max(np.abs(roots), initial=0.0):.4g}"
+def _text(name: str, roots: NDArray[np.complex128], place: Place) -> str:
+    if not roots.size:
+        return f"no {name}s"
+    count = f"{len(roots)} {name}" + ("s" if len(roots) > 1 else "")
+    return f"{count} {place} the unit circle, largest modulus {np.max(np.abs(roots)):.4g}"
 
 
 def _filter(coefficients: NDArray[np.float64], sums: bool) -> ZPlane:
     """Return sum_j coefficients[j] z^-j, times z/(z - 1) if it sums its output up."""
-    used = np.flatnonzero(coefficients)
-    if not used.size:
+    if not np.any(coefficients):
         none = np.empty(0, dtype=np.complex128)
         return ZPlane(zeros=none, poles=none)
-    # Leading coefficients that are zero are a delay: as many more poles at 0 than zeros. Last ones
-    # cancel with poles at 0.
-    last = int(used[-1])
-    zeros = np.roots(coefficients[: last + 1]).astype(np.complex128)
-    poles = np.zeros(last, dtype=np.complex128)
+    zeros = np.roots(coefficients).astype(np.complex128)
+    poles = np.zeros(len(coefficients) - 1, dtype=np.complex128)
     if sums:
-        at_one = np.abs(zeros - 1) <= ON_CIRCLE
-        at_zero = 1 if last else 0
-        if np.any(at_one):
-            zeros = np.delete(zeros, int(np.argmax(at_one)))
-            poles = poles[at_zero:]
+        poles = poles[1:]
+        at_one = np.flatnonzero(np.abs(zeros - 1) <= ON_CIRCLE)
+        if at_one.size:
+            zeros = np.delete(zeros, at_one[0])
         else:
-            poles = np.append(poles[at_zero:], 1.0)
-            zeros = zeros if at_zero else np.append(zeros, 0.0)
-    order = np.argsort(-np.abs(zeros), kind="stable")
-    return ZPlane(zeros=zeros[order], poles=np.sort(poles)[::-1])
+            poles = np.append(1.0, poles)
+    return ZPlane(zeros=zeros[np.argsort(-np.abs(zeros), kind="stable")], poles=poles)
 
 
 def controller(controller: Controller) -> ControllerStability:
@@ -171,7 +167,7 @@ def operator(
     Returns
     -------
     ZPlane
-        at most `memory` zeros, and as many poles, at 0
+        `memory` zeros, and as many poles, at 0
 
     Raises
     ------
