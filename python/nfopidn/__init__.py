@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import fractional, plot
+from nfopidn import fractional, plot, stability
 from nfopidn._core import (
     Controller,
     Robot,
@@ -32,5 +32,6 @@ __all__ = [
     "fractional",
     "plot",
     "simulate",
+    "stability",
     "tune",
 ]

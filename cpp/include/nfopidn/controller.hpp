@@ -98,6 +98,10 @@ class Controller {
   constexpr TorquePair<Scalar> feedback() const noexcept { return feedback_; }
   constexpr const Filter& filter() const noexcept { return filter_; }
 
+  // The law's memory besides its taps, to be read or put elsewhere between two steps.
+  constexpr Filter& filter() noexcept { return filter_; }
+  constexpr void set_feedback(const TorquePair<Scalar>& feedback) noexcept { feedback_ = feedback; }
+
  private:
   using M = math<Scalar>;
 

@@ -70,8 +70,6 @@ struct LoopResult {
   int completed;  // samples until every component has diverged, all of them if one did not
 };
 
-namespace detail {
-
 // Torques on their way from the controller to the wheels. The wheels have none until the first.
 template <class Scalar>
 class DelayLine {
@@ -87,12 +85,23 @@ class DelayLine {
     next_ = next_ + 1 == delay_ ? 0 : next_ + 1;
     return oldest;
   }
+  // The torque that the wheels get `samples` from now, 0 <= samples < delay.
+  constexpr TorquePair<Scalar>& ahead(int samples) { return torques_[(next_ + samples) % delay_]; }
 
  private:
   TorquePair<Scalar> torques_[maximum_delay];
   int delay_;
   int next_ = 0;
 };
+
+// Where a loop stands between two samples, but for its law.
+template <class Scalar>
+struct LoopState {
+  State<Scalar> robot;
+  DelayLine<Scalar> delay;
+};
+
+namespace detail {
 
 // Cosines and sines of angles that change little from one to the next.
 template <class Scalar, bool = std::is_floating_point_v<Scalar>>
@@ -117,11 +126,11 @@ constexpr bool takes_errors<Law, Scalar,
 // Without noise the true and the measured pose are one, and its cosine and sine are computed once.
 template <bool noisy, class Scalar, class Law, class Observer>
 constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& law,
-                                      State<Scalar> state, const LoopInputs<base_t<Scalar>>& inputs,
-                                      Observer& observe) {
+                                      LoopState<Scalar>& loop,
+                                      const LoopInputs<base_t<Scalar>>& inputs, Observer& observe) {
   using Base = base_t<Scalar>;
   CostMeter<Scalar> meter(inputs.divergence_distance);
-  DelayLine<Scalar> delay(inputs.delay);
+  State<Scalar> state = loop.robot;  // a copy, so that it never leaves its registers
   HeadingSeries<Scalar> headings;
   for (int k = 0; k < inputs.samples; ++k) {
     const ReferenceSample<Base>& reference = inputs.reference[k];
@@ -147,27 +156,39 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
       meter.miss(inputs.samples - k - 1);
       return {meter.mean(inputs.samples), k};
     }
-    const TorquePair<Scalar> applied = delay.pass(torque);
+    const TorquePair<Scalar> applied = loop.delay.pass(torque);
     observe(k, state, torque, applied);
     const Disturbance<Base>* outside = inputs.disturbance;
     if (outside != nullptr && inputs.disturbance_by_sample) outside += k;
     plant.advance(state, heading, applied, outside);
   }
+  loop.robot = state;
   return {meter.mean(inputs.samples), inputs.samples};
 }
 
 }  // namespace detail
 
-// Runs `law` against `plant` from `state`. `observe(k, state, commanded, applied)` is called at
+// Runs `law` against `plant` from where `loop` stands, which is then where it ended; of a run that
+// diverges the robot's state stays as it was. `observe(k, state, commanded, applied)` is called at
 // each sample, before the robot moves; a run that diverges ends before it is called.
+template <class Scalar, class Law, class Observer>
+constexpr LoopResult<Scalar> run_closed_loop(const Plant<base_t<Scalar>>& plant, Law& law,
+                                             LoopState<Scalar>& loop,
+                                             const LoopInputs<base_t<Scalar>>& inputs,
+                                             Observer&& observe) {
+  return inputs.noise != nullptr
+             ? detail::run_loop<true, Scalar>(plant, law, loop, inputs, observe)
+             : detail::run_loop<false, Scalar>(plant, law, loop, inputs, observe);
+}
+
+// The same from `state`, with no torque on its way to the wheels.
 template <class Scalar, class Law, class Observer>
 constexpr LoopResult<Scalar> run_closed_loop(const Plant<base_t<Scalar>>& plant, Law& law,
                                              const State<Scalar>& state,
                                              const LoopInputs<base_t<Scalar>>& inputs,
                                              Observer&& observe) {
-  return inputs.noise != nullptr
-             ? detail::run_loop<true, Scalar>(plant, law, state, inputs, observe)
-             : detail::run_loop<false, Scalar>(plant, law, state, inputs, observe);
+  LoopState<Scalar> loop{state, DelayLine<Scalar>(inputs.delay)};
+  return run_closed_loop<Scalar>(plant, law, loop, inputs, observe);
 }
 
 }  // namespace nfopidn

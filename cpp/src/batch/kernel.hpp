@@ -20,9 +20,10 @@ inline LoopResult<Scalar> run_law(const BatchJob& job,
   law.set_taps(taps[0], taps[1], taps[2], job.tap_count);
   const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y), Scalar(job.start->theta),
                                Scalar(job.start->v), Scalar(job.start->omega)};
+  LoopState<Scalar> loop = {start, DelayLine<Scalar>(job.inputs->delay)};
   const auto ignore = [](int, const State<Scalar>&, const TorquePair<Scalar>&,
                          const TorquePair<Scalar>&) {};
-  return detail::run_loop<noisy, Scalar>(*job.plant, law, start, *job.inputs, ignore);
+  return detail::run_loop<noisy, Scalar>(*job.plant, law, loop, *job.inputs, ignore);
 }
 
 // Runs the candidates first .. first + Wide::size - 1; past the last one, the last one again.

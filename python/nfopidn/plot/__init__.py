@@ -15,6 +15,9 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `weights`                  weights of the fractional derivative and integral
 `z_plane`                  zeros and poles of a channel's filter
 `discretisation`           methods for s^alpha: magnitude, phase, error
+`operator_z_plane`         the same of a truncated fractional operator
+`multipliers`              Floquet multipliers of a loop's orbit
+`basin`                    from where a run ends on its path
 `robot_schematic`          the robot, its coordinates and torques
 `control_system_schematic` the closed loop
 `controller_schematic`     the controller
@@ -46,8 +49,10 @@ if TYPE_CHECKING:
         robot_schematic,
     )
     from nfopidn.plot.searches import convergence
+    from nfopidn.plot.stability import basin, multipliers, operator_z_plane
 
 __all__ = [
+    "basin",
     "control_system_schematic",
     "controller_schematic",
     "convergence",
@@ -55,6 +60,8 @@ __all__ = [
     "errors",
     "feedback_torque",
     "feedforward_torque",
+    "multipliers",
+    "operator_z_plane",
     "orientation",
     "overview",
     "path",
@@ -66,7 +73,7 @@ __all__ = [
     "z_plane",
 ]
 
-_MODULES = ("runs", "filters", "operators", "schematics", "searches", "page")
+_MODULES = ("runs", "filters", "operators", "schematics", "searches", "page", "stability")
 
 
 # The modules import matplotlib, which takes longer than most simulations: only a figure needs it.

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
+from nfopidn import stability
 from nfopidn._core import Controller, series_weights
 from nfopidn.plot import style
 from nfopidn.plot.style import Stroke
@@ -103,7 +104,8 @@ def z_plane(
     """Draw zeros and poles of a channel's fused filter in the z-plane.
 
     The filter is sum_j taps[j] z^-j with memory + 2 taps: its zeros are the roots of the taps, and
-    its poles are all at 0.
+    its poles are all at 0. In incremental form there is a pole at 1 besides. Above stand where they
+    lie, inside, on or outside the unit circle, and what that makes the filter.
 
     Parameters
     ----------
@@ -122,24 +124,28 @@ def z_plane(
     if channel not in _CHANNELS:
         raise ValueError(f"channel is {channel!r}; must be one of {', '.join(_CHANNELS)}")
     ax = style.new_axes(ax, (4.8, 4.8))
-    taps = controller.taps[tuple(_CHANNELS).index(channel)]
-    zeros, pole_count = np.roots(taps), len(taps) - 1
+    plane = stability.controller(controller).channels[channel]
+    draw_z_plane(ax, plane, f"channel ${_CHANNELS[channel]}$")
+    return ax
 
+
+def draw_z_plane(ax: Axes, plane: stability.ZPlane, title: str) -> None:
+    """Draw zeros, poles and the unit circle, with the verdict above."""
     ax.add_patch(Circle((0, 0), 1, fill=False, edgecolor="0.45", linewidth=0.9))
     for line in (ax.axhline, ax.axvline):
         line(0, color="0.75", linewidth=0.7, zorder=1)
-    ax.plot(zeros.real, zeros.imag, label="zeros", markersize=8 if pole_count <= 30 else 4, **_ZERO)
-    ax.plot(np.zeros(pole_count), np.zeros(pole_count), label="poles", **_POLE)
-    _count(ax, pole_count, "pole", 7)
-    _count(ax, int(np.count_nonzero(zeros == 0)), "zero", -14)
+    size = 8 if len(plane.poles) <= 30 else 4
+    ax.plot(plane.zeros.real, plane.zeros.imag, label="zeros", markersize=size, **_ZERO)
+    ax.plot(plane.poles.real, plane.poles.imag, label="poles", **_POLE)
+    _count(ax, int(np.count_nonzero(plane.poles == 0)), "pole", 7)
+    _count(ax, int(np.count_nonzero(plane.zeros == 0)), "zero", -14)
     style.finish(ax, "real part of z [-]", "imaginary part of z [-]")
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.08)
-    name = f"${_CHANNELS[channel]}$"
+    verdict = f"{plane.verdict}: poles {plane.poles_place}, zeros {plane.zeros_place}"
     style.legend_above(
-        ax, title=f"channel {name}", title_fontsize=style.TICK_SIZE, alignment="left"
+        ax, title=f"{title}; {verdict}", title_fontsize=style.TICK_SIZE, alignment="left"
     )
-    return ax
 
 
 def _count(ax: Axes, count: int, name: str, height: float) -> None:

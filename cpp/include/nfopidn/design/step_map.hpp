@@ -1,0 +1,140 @@
+// L4. The closed loop as a map from one sample to the next, for any Scalar.
+#pragma once
+
+#include <memory>
+
+#include "nfopidn/controller_design.hpp"
+#include "nfopidn/design/periodic_reference.hpp"
+
+namespace nfopidn {
+
+constexpr int most_loop_states = 200;
+
+// The numbers that a loop's state has, in this order.
+struct LoopStates {
+  int memory;  // M: M + 1 past errors a channel
+  bool adds;   // incremental form: the last feedback torques
+  int delay;   // torques on their way
+
+  static constexpr int pose = 0;      // error x, y [m], theta [rad], in the reference's frame
+  static constexpr int velocity = 3;  // v [m/s], omega [rad/s]
+  static constexpr int past = 5;      // of x newest first, of y, of theta, as the law was fed them
+  constexpr int feedback() const { return past + channel_count * (memory + 1); }  // left, right
+  constexpr int line() const { return feedback() + (adds ? 2 : 0); }  // left, right; next first
+  constexpr int size() const { return line() + 2 * delay; }
+};
+
+// The scenario's loop, without noise, on a period of its reference.
+//
+// The error is in the reference's frame, and so on a line or circle the map is the same at every
+// sample. Law and plant are those that simulate.
+template <class Scalar>
+class StepMap {
+ public:
+  // What is borrowed must outlive the map; size() must be at most most_loop_states.
+  StepMap(const PreparedRun& run, const ControllerDesign& design,
+          const PeriodicReference& reference)
+      : plant_(run.plant),
+        reference_(reference),
+        disturbance_(run.disturbance.front()),
+        states_{design.memory, design.form == Form::incremental, run.scenario->delay},
+        feedforward_(run.scenario->feedforward),
+        law_(std::make_unique<Law>()) {
+    law_->configure(design, run.limits);
+    if (!design.taps.empty()) {
+      law_->set_taps(design.channel_taps(0), design.channel_taps(1), design.channel_taps(2),
+                     design.memory + 2);
+    }
+  }
+
+  const LoopStates& states() const { return states_; }
+  int size() const { return states_.size(); }
+  int period() const { return reference_.period; }
+
+  // From sample k of the period to k + 1. Returns the total torques before the limit.
+  TorquePair<Scalar> advance(int k, const Scalar* from, Scalar* to) {
+    const ReferenceSample<double>& now = reference_.samples[static_cast<std::size_t>(k)];
+    LoopState<Scalar> loop = restore(from, now);
+    LoopInputs<double> inputs;
+    inputs.reference = &now;
+    inputs.samples = 1;
+    inputs.disturbance = &disturbance_;
+    inputs.feedforward = feedforward_;
+    inputs.divergence_distance = std::numeric_limits<double>::infinity();
+    run_closed_loop<Scalar>(plant_, *law_, loop, inputs, [](int, auto&&...) {});
+    keep(loop, (&now)[1], to);
+    const TorquePair<Scalar> feedback = law_->feedback();
+    if (!feedforward_) return feedback;
+    return {feedback.left + now.tau_left, feedback.right + now.tau_right};
+  }
+
+ private:
+  using Law = Controller<Scalar, Fir<Scalar, most_loop_states / channel_count>>;
+
+  LoopState<Scalar> restore(const Scalar* z, const ReferenceSample<double>& reference) {
+    const Heading<double> h = math<double>::heading(reference.theta);
+    const Scalar* const e = z + LoopStates::pose;
+    LoopState<Scalar> loop{{reference.x - (e[0] * h.cosine - e[1] * h.sine),
+                            reference.y - (e[0] * h.sine + e[1] * h.cosine), reference.theta - e[2],
+                            z[LoopStates::velocity], z[LoopStates::velocity + 1]},
+                           DelayLine<Scalar>(states_.delay)};
+    for (int i = 0; i < states_.delay; ++i) {
+      loop.delay.ahead(i) = {z[states_.line() + 2 * i], z[states_.line() + 2 * i + 1]};
+    }
+    const Scalar* past = z + LoopStates::past;
+    for (int channel = 0; channel < channel_count; ++channel) {
+      for (int age = 0; age <= states_.memory; ++age) law_->filter().past(channel, age) = *past++;
+    }
+    if (states_.adds) law_->set_feedback({z[states_.feedback()], z[states_.feedback() + 1]});
+    return loop;
+  }
+
+  void keep(LoopState<Scalar>& loop, const ReferenceSample<double>& reference, Scalar* z) {
+    const State<Scalar>& robot = loop.robot;
+    const Heading<double> h = math<double>::heading(reference.theta);
+    const Channels<Scalar> error = rotate_into_robot(
+        world_errors(Measurement<Scalar>{robot.x, robot.y, robot.theta, robot.v, robot.omega},
+                     reference),
+        Heading<Scalar>{Scalar(h.cosine), Scalar(h.sine)});
+    z[0] = error.x;
+    z[1] = error.y;
+    z[2] = error.theta;
+    z[LoopStates::velocity] = robot.v;
+    z[LoopStates::velocity + 1] = robot.omega;
+    Scalar* past = z + LoopStates::past;
+    for (int channel = 0; channel < channel_count; ++channel) {
+      for (int age = 0; age <= states_.memory; ++age) *past++ = law_->filter().past(channel, age);
+    }
+    if (states_.adds) {
+      z[states_.feedback()] = law_->feedback().left;
+      z[states_.feedback() + 1] = law_->feedback().right;
+    }
+    for (int i = 0; i < states_.delay; ++i) {
+      z[states_.line() + 2 * i] = loop.delay.ahead(i).left;
+      z[states_.line() + 2 * i + 1] = loop.delay.ahead(i).right;
+    }
+  }
+
+  Plant<double> plant_;
+  const PeriodicReference& reference_;
+  Disturbance<double> disturbance_;
+  LoopStates states_;
+  bool feedforward_;
+  std::unique_ptr<Law> law_;
+};
+
+// Whether the loop can be analysed as a map: its number of states and its disturbance.
+inline Outcome check_loop(const Scenario& scenario, const ControllerDesign& design) {
+  const LoopStates states = {design.memory, design.form == Form::incremental, scenario.delay};
+  if (states.size() > most_loop_states) {
+    return refuse_number("number of states (memory " + std::to_string(design.memory) + ", delay " +
+                             std::to_string(scenario.delay) + ")",
+                         states.size(), between(1, most_loop_states));
+  }
+  if (scenario.disturbance.size() > 1) {
+    return refuse(Status::inconsistent, "disturbance", "one pair a sample", "constant");
+  }
+  return {};
+}
+
+}  // namespace nfopidn

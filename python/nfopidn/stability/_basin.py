@@ -1,0 +1,166 @@
+"""The basin of attraction: from where a run ends on its path."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nfopidn import _core
+from nfopidn._core import Controller, Scenario
+
+Array = NDArray[np.float64]
+
+_MOST_WORKERS = 64
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Which initial poses end on the path.
+
+    Attributes
+    ----------
+    x, y
+        (nx,), (ny,): initial positions [m]
+    theta
+        initial heading [rad]
+    position_error, heading_error
+        (ny, nx): root mean squares over the last samples [m], [rad]; infinite where the run
+        diverges
+    converged
+        (ny, nx) bool: both errors within their tolerances
+    tolerance
+        [m]
+    heading_tolerance
+        [rad], or None: any
+    scenario
+        whose path and divergence distance hold
+    """
+
+    x: Array
+    y: Array
+    theta: float
+    position_error: Array
+    heading_error: Array
+    converged: NDArray[np.bool_]
+    tolerance: float
+    heading_tolerance: float | None
+    scenario: Scenario
+
+    @property
+    def share(self) -> float:
+        """Of the grid's poses that converge, [0, 1]."""
+        return float(np.mean(self.converged))
+
+    def __str__(self) -> str:
+        diverged = np.mean(np.isinf(self.position_error))
+        return (
+            f"{self.share:.1%} of {self.converged.size} poses end within {self.tolerance:g} m of "
+            f"the path, {diverged:.1%} diverge"
+        )
+
+
+def _axis(name: str, given: ArrayLike | None, centre: float) -> Array:
+    if given is None:
+        return np.linspace(centre - 3, centre + 3, 100)
+    axis = np.atleast_1d(np.asarray(given, dtype=float))
+    if axis.ndim != 1 or axis.size == 0:
+        raise ValueError(f"{name} has shape {axis.shape}; must be one-dimensional, not empty")
+    if not np.all(np.abs(axis) <= 1e6):
+        worst = axis[~(np.abs(axis) <= 1e6)][0]
+        raise ValueError(f"{name} has {worst}; must be in [-1e+06, 1e+06] m")
+    return axis
+
+
+def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
+    if not low < value <= high:
+        raise ValueError(f"{name} is {value}; must be in ({low:g}, {high:g}] {unit}")
+
+
+def basin(
+    scenario: Scenario | None = None,
+    controller: Controller | None = None,
+    *,
+    x: ArrayLike | None = None,
+    y: ArrayLike | None = None,
+    theta: float | None = None,
+    tolerance: float = 0.3,
+    heading_tolerance: float | None = None,
+    last: float = 10.0,
+    workers: int | None = None,
+) -> Basin:
+    """Simulate the scenario from a grid of initial poses, and see which end on the path.
+
+    Parameters
+    ----------
+    scenario
+        None: the published one. Its own initial pose is not used but for the heading.
+    controller
+        None: the published one
+    x, y
+        (nx,), (ny,): initial positions [m]; None: 100 each, up to 3 m either side of the path's
+        start
+    theta
+        initial heading [rad]; None: that of the scenario's initial pose
+    tolerance
+        root mean square of the position error over the run's last samples [m], (0, 1e6]
+    heading_tolerance
+        the same of the heading error [rad], (0, 1e6]; None: any heading
+    last
+        how long the last samples are [s], (0, the scenario's duration]
+    workers
+        threads, [1, 64]; None: one a processor. The result does not depend on it.
+
+    Returns
+    -------
+    Basin
+        the errors and which poses converge; `nfopidn.plot.basin` draws it
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import nfopidn
+    >>> axis = [-0.5, 0.0, 0.5]
+    >>> found = nfopidn.stability.basin(x=[2.5, 3.0, 3.5], y=axis, theta=0.0)
+    >>> found.converged.shape
+    (3, 3)
+    """
+    scenario = Scenario.published(rng=0) if scenario is None else scenario
+    controller = Controller.published() if controller is None else controller
+    path = scenario.trajectory
+    start = scenario.initial_pose or (path.x[0], path.y[0], path.theta[0])
+    x_axis, y_axis = _axis("x", x, float(path.x[0])), _axis("y", y, float(path.y[0]))
+    heading = float(start[2]) if theta is None else float(theta)
+    if not abs(heading) <= 1e6:
+        raise ValueError(f"theta is {heading}; must be in [-1e+06, 1e+06] rad")
+    _check("tolerance", tolerance, 0, 1e6, "m")
+    if heading_tolerance is not None:
+        _check("heading_tolerance", heading_tolerance, 0, 1e6, "rad")
+    _check("last", last, 0, float(path.t[-1]), "s")
+    threads = min(os.cpu_count() or 1, _MOST_WORKERS) if workers is None else workers
+    if not 1 <= threads <= _MOST_WORKERS:
+        raise ValueError(f"workers is {threads}; must be in [1, {_MOST_WORKERS}]")
+
+    columns, rows = np.meshgrid(x_axis, y_axis)
+    poses = np.column_stack([columns.ravel(), rows.ravel(), np.full(columns.size, heading)])
+    samples = max(1, round(last / path.dt))
+    errors = _core.final_errors(scenario, controller, poses, samples, threads)
+    position, turn = (errors[:, i].reshape(columns.shape) for i in (0, 1))
+    converged = position <= tolerance
+    if heading_tolerance is not None:
+        converged &= turn <= heading_tolerance
+    return Basin(
+        x=x_axis,
+        y=y_axis,
+        theta=heading,
+        position_error=position,
+        heading_error=turn,
+        converged=converged,
+        tolerance=tolerance,
+        heading_tolerance=heading_tolerance,
+        scenario=scenario,
+    )
