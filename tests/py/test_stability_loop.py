@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from nfopidn import Controller, Robot, Scenario, Trajectory, simulate, stability
-from nfopidn.stability._loop import jacobians
+from nfopidn.stability._loop import jacobians, repeated
 from refusal import refused
 
 PUBLISHED = Controller.published()
@@ -164,7 +164,8 @@ def test_switches_are_the_orbits():
     for wheel, switch in enumerate((found.torque_left, found.torque_right)):
         nearest = np.abs(scenario.torque_limit - torque[:, wheel])
         assert switch.distance == pytest.approx(nearest.min(), abs=1e-3)
-        # The three cusps are alike but for rounding.
+        # The three cusps are alike but for rounding: the first one is named.
+        assert switch.sample <= 250
         assert nearest[switch.sample] == pytest.approx(nearest.min(), abs=1e-3)
     assert found.limited_samples == 0
 
@@ -190,7 +191,10 @@ def test_what_the_speed_is_scaled_by_is_the_scenarios():
     scenario = Scenario.published()
     given = controller.replace(speed_scale=scenario.trajectory.peak_speed)
     found = stability.loop(scenario, controller)
-    assert found.log_radius == pytest.approx(stability.loop(scenario, given).log_radius)
+    assert found.log_radius == stability.loop(scenario, given).log_radius
+    # No central difference exceeds the larger one-sided one: more laps have the same peak speed.
+    longer = repeated(scenario.trajectory, 4)
+    assert longer.peak_speed == pytest.approx(scenario.trajectory.peak_speed, rel=1e-9)
     assert found.agrees
 
 

@@ -231,9 +231,6 @@ def _errors_in_reference_frame(columns: dict[str, Array]) -> Array:
 
 def _simulate(scenario: Scenario, controller: Controller, found: dict[str, Any]) -> Simulated:
     longer, periods = _simulated_scenario(scenario, found)
-    if controller.lateral == "speed" and controller.speed_scale == 0:
-        # The longer path's peak speed is another: its ends, with one-sided differences, are.
-        controller = controller.replace(speed_scale=scenario.trajectory.peak_speed)
     run = _core.simulate(longer, controller)
     if run.diverged_at is not None:
         return Simulated(periods, run.diverged_at, float("inf"), arrived=False)

@@ -22,7 +22,8 @@ struct SwitchDistance {
   int sample = 0;
 
   void meet(double other, int at) {
-    if (other >= distance) return;
+    // The first of those that only rounding tells apart, as on a path of several like arcs.
+    if (!(other < distance - 1e-9)) return;
     distance = other;
     sample = at;
   }
