@@ -50,6 +50,8 @@ std::vector<Case> golden_cases() {
   cases[4].options.swims = 12;
   cases[4].options.step = 0.01;
   cases[4].options.attractant_depth = 0;
+  cases[4].options.repellent_height = 1;
+  cases[5].options.attractant_depth = 1;
   cases[5].options.repellent_height = 0;
   return cases;
 }

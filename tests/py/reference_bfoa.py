@@ -156,8 +156,8 @@ GOLDEN = [
     (6, 4, SHORT | SIGNALS),
     (16, 3, SHORT | {"dispersal_probability": 0.5, "cells": 6}),
     (17, 3, SHORT | {"step": 0.4}),
-    (10, 2, SHORT | {"swims": 12, "step": 0.01, "attractant_depth": 0}),
-    (4, 2, SHORT | {"repellent_height": 0}),
+    (10, 2, SHORT | {"swims": 12, "step": 0.01, "attractant_depth": 0, "repellent_height": 1}),
+    (4, 2, SHORT | {"attractant_depth": 1, "repellent_height": 0}),
 ]
 
 
