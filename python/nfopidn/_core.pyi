@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final, overload
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -453,7 +453,6 @@ def oustaloup(
 
 @final
 class SampleFilter:
-    @overload
     def __init__(
         self,
         order: float,
@@ -463,8 +462,7 @@ class SampleFilter:
         memory: float,
         horizon: int,
     ) -> None: ...
-    @overload
-    def __init__(self, other: SampleFilter, /) -> None: ...
+    def copy(self) -> SampleFilter: ...
     def step(self, sample: float) -> float: ...
     def process(self, samples: _Numbers) -> _Array: ...
     def reset(self) -> None: ...

@@ -33,7 +33,7 @@ WHOLE_NUMBERS = [
     (scenario, "substeps", 1, 10**4, "in [1, 10000]"),
     (scenario, "delay", 0, 64, "in [0, 64] samples"),
     (scenario, "rng", 0, 2**53, "in [0, 9007199254740992]"),
-    (controller, "memory", 0, 1024, "in [0, 1024] samples"),
+    (controller, "memory", 0, 1_000_000, "in [0, 1e+06] samples, or"),
 ]
 # The same for lists: a good value, the path of an element in it, and the element's range.
 LISTS = [

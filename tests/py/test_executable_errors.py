@@ -22,7 +22,7 @@ FAULTS = {
     "hexadecimal": (["--mass", "0x10"], ['mass is "0x10"', "a number"]),
     "text behind": (["--mass", "10kg"], ['mass is "10kg"', "a number"]),
     "fraction": (["--memory", "2.5"], ["memory is 2.5", "a whole number"]),
-    "memory": (["--memory", "1025"], ["memory is 1025", "in [0, 1024] samples"]),
+    "memory": (["--memory", "1000001"], ["memory is 1000001", "in [0, 1e+06] samples, or"]),
     "order": (["--alpha", "2.5"], ["alpha is 2.5", "in [-2, 2]"]),
     "order of a channel": (["--sigma", "1,1,-3"], ["sigma[2] is -3", "in [-2, 2]"]),
     "two orders": (["--alpha", "1,2"], ["alpha is [1.0,2.0]", "3"]),

@@ -4,6 +4,7 @@ import copy
 import math
 import sys
 
+import matplotlib.pyplot as plt
 import mpmath
 import nfopidn
 import numpy as np
@@ -128,6 +129,29 @@ def test_errors_are_the_worst_of_the_band():
     magnitude, phase = model.errors((1, 10))
     assert magnitude == pytest.approx(abs(abs(ratio) - 1).max(), rel=1e-9)
     assert phase == pytest.approx(abs(np.angle(ratio, deg=True)).max(), rel=1e-9)
+
+
+def test_picture_of_the_methods_has_their_curves():
+    panels = nfopidn.plot.discretisation(0.5, DT, memory=20, methods=("gl", "oustaloup"))
+    magnitude, phase, error = panels
+    assert [text.get_text() for text in magnitude.get_legend().get_texts()] == [
+        "ideal",
+        "gl",
+        "oustaloup",
+    ]
+    omega, decibel = magnitude.lines[1].get_data()
+    wanted = 20 * np.log10(abs(discretise(0.5, DT, "gl", memory=20).response(omega)))
+    np.testing.assert_allclose(decibel, wanted, atol=1e-9)
+    np.testing.assert_allclose(phase.lines[0].get_ydata(), 45)
+    ideal = (1j * omega) ** 0.5
+    ratio = discretise(0.5, DT, "oustaloup").response(omega) / ideal
+    np.testing.assert_allclose(error.lines[1].get_ydata(), abs(ratio - 1), rtol=1e-9)
+    assert [panel.get_ylabel() for panel in panels] == [
+        "magnitude [dB]",
+        "phase [degree]",
+        "relative error [-]",
+    ]
+    plt.close(magnitude.figure)
 
 
 # --- sample by sample ---------------------------------------------------------------------------

@@ -211,6 +211,8 @@ def test_what_cannot_be_analysed_is_refused():
         stability.loop(Scenario(open_path))
     with refused("number of states (memory 65, delay 0) is 203", "in [1, 200]"):
         stability.loop(controller=Controller.published(memory=65))
+    with refused("memory is inf", "must be finite"):
+        stability.loop(controller=Controller.published(memory=np.inf))
     with refused("disturbance is one pair a sample", "constant"):
         stability.loop(Scenario.published(disturbance=np.zeros((751, 2))))
     with refused("trajectory.period / dt is 15000", "in [1, 10000] samples"):

@@ -23,10 +23,17 @@ def public(body):
 
 
 MODULE = public(STUB.body)
-# What tune(), bfoa() and nfopidn.stability are made of; they are documented, these are not.
+# What tune(), bfoa(), nfopidn.stability and nfopidn.fractional are made of: they are documented,
+# these are not.
 INNER = {
     "analyse_loop",
     "loop_jacobians",
+    "series_weights",
+    "rule_scale",
+    "gain_factors",
+    "continued_fraction",
+    "oustaloup",
+    "SampleFilter",
     "final_errors",
     "linear_plant",
     "START_SHARE",

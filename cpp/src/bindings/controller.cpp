@@ -18,7 +18,13 @@ PyController read_py_controller(const Json& document) {
 ControllerDesign changed(const std::string& callable, ControllerDesign design,
                          const py::dict& arguments) {
   Settings& settings = design;
-  check(callable, read_settings(to_json(arguments), "", settings));
+  Json given = to_json(arguments);
+  // Python's infinity, but no whole number that only overflows.
+  if (arguments.contains("memory") && py::isinstance<py::float_>(arguments["memory"]) &&
+      given["memory"] == std::numeric_limits<double>::infinity()) {
+    given["memory"] = "inf";
+  }
+  check(callable, read_settings(given, "", settings));
   check(callable, explain_consistency(design));
   if (!design.taps.empty()) {
     for (const char* name : {"gains", "alpha", "sigma", "generator", "memory"}) {

@@ -52,33 +52,60 @@ py::tuple to_tuple(const ZerosPoles& model) {
 }  // namespace
 
 void bind_fractional(py::module_& module) {
-  module.def("series_weights", &weights, py::arg("pole"), py::arg("order"), py::arg("memory"));
-  module.def("rule_scale", [](double pole, double dt, double prewarp) {
-    return DifferenceRule{pole, dt, prewarp}.scale();
-  });
-  module.def("continued_fraction",
-             [](double order, double pole, double dt, double prewarp, int sections) {
-               return to_tuple(continued_fraction(order, {pole, dt, prewarp}, sections));
-             });
-  module.def("oustaloup",
-             [](double order, double dt, double prewarp, int sections, double low, double high) {
-               return to_tuple(oustaloup(order, {1, dt, prewarp}, sections, low, high));
-             });
-  module.def("gain_factors", [](const std::string& generator, double alpha, double sigma, double dt,
-                                double prewarp) {
-    return gain_factors(generator == "gl" ? Generator::gl : Generator::tustin, alpha, sigma, dt,
-                        prewarp);
-  });
+  module.def("series_weights", &weights, py::arg("pole"), py::arg("order"), py::arg("memory"),
+             "series_weights(pole, order, memory)\n--\n\nThe power series of ((1 - w)/(1 + pole "
+             "w))^order, (memory + 1,).");
+  module.def(
+      "rule_scale",
+      [](double pole, double dt, double prewarp) {
+        return DifferenceRule{pole, dt, prewarp}.scale();
+      },
+      py::arg("pole"), py::arg("dt"), py::arg("prewarp"),
+      "rule_scale(pole, dt, prewarp)\n--\n\nThe rule's scale [1/s].");
+  module.def(
+      "continued_fraction",
+      [](double order, double pole, double dt, double prewarp, int sections) {
+        return to_tuple(continued_fraction(order, {pole, dt, prewarp}, sections));
+      },
+      py::arg("order"), py::arg("pole"), py::arg("dt"), py::arg("prewarp"), py::arg("sections"),
+      "continued_fraction(order, pole, dt, prewarp, sections)\n--\n\nZeros, poles, gain.");
+  module.def(
+      "oustaloup",
+      [](double order, double dt, double prewarp, int sections, double low, double high) {
+        return to_tuple(oustaloup(order, {1, dt, prewarp}, sections, low, high));
+      },
+      py::arg("order"), py::arg("dt"), py::arg("prewarp"), py::arg("sections"), py::arg("low"),
+      py::arg("high"),
+      "oustaloup(order, dt, prewarp, sections, low, high)\n--\n\nZeros, poles, gain.");
+  module.def(
+      "gain_factors",
+      [](const std::string& generator, double alpha, double sigma, double dt, double prewarp) {
+        return gain_factors(generator == "gl" ? Generator::gl : Generator::tustin, alpha, sigma, dt,
+                            prewarp);
+      },
+      py::arg("generator"), py::arg("alpha"), py::arg("sigma"), py::arg("dt"), py::arg("prewarp"),
+      "gain_factors(generator, alpha, sigma, dt, prewarp)\n--\n\nDiscrete kp, ki, kd over "
+      "continuous ones (eq. 25).");
   using F = PyFractionalFilter;
-  py::class_<F>(module, "SampleFilter", py::is_final())
-      .def(py::init(
-          [](double order, double pole, double dt, double prewarp, double memory, int horizon) {
-            return F{FractionalFilter(order, {pole, dt, prewarp}, samples_of(memory), horizon)};
-          }))
-      .def(py::init<const F&>())
-      .def("step", [](F& self, double sample) { return self.filter.step(sample); })
-      .def("process", &process)
-      .def("reset", [](F& self) { self.filter.reset(); })
+  py::class_<F>(module, "SampleFilter", py::is_final(),
+                "SampleFilter(order, pole, dt, prewarp, memory, horizon)\n--\n\nWhat "
+                "nfopidn.fractional.FractionalFilter runs.")
+      .def(py::init([](double order, double pole, double dt, double prewarp, double memory,
+                       int horizon) {
+             return F{FractionalFilter(order, {pole, dt, prewarp}, samples_of(memory), horizon)};
+           }),
+           py::arg("order"), py::arg("pole"), py::arg("dt"), py::arg("prewarp"), py::arg("memory"),
+           py::arg("horizon"))
+      .def(
+          "copy", [](const F& self) { return F(self); },
+          "copy(self)\n--\n\nOne that goes on from the same state.")
+      .def(
+          "step", [](F& self, double sample) { return self.filter.step(sample); },
+          py::arg("sample"), "step(self, sample)\n--\n\nThe next output.")
+      .def("process", &process, py::arg("samples"),
+           "process(self, samples)\n--\n\nThe next outputs.")
+      .def(
+          "reset", [](F& self) { self.filter.reset(); }, "reset(self)\n--\n\nForgets all samples.")
       .def_property_readonly("gain", [](const F& self) { return self.filter.gain(); })
       .def_property_readonly("modes",
                              [](const F& self) { return self.filter.kernel().mode_count(); })

@@ -178,7 +178,7 @@ class FractionalFilter:
         """Return a filter that goes on from the same state."""
         twin = object.__new__(FractionalFilter)
         twin.__dict__.update(self.__dict__)
-        twin._filter = _core.SampleFilter(self._filter)
+        twin._filter = self._filter.copy()
         return twin
 
     __copy__ = copy

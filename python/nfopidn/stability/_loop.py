@@ -177,7 +177,7 @@ def _power_text(log_radius: float) -> str:
 
 
 def _state_names(size: int, controller: Controller, delay: int) -> tuple[str, ...]:
-    ages = range(1, controller.memory + 2)
+    ages = range(1, int(controller.memory) + 2)
     names = ["e_x", "e_y", "e_theta", "v", "omega"]
     names += [f"e_{channel}(k-{age})" for channel in ("x", "y", "theta") for age in ages]
     if controller.form == "incremental":

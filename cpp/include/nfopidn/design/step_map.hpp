@@ -125,6 +125,9 @@ class StepMap {
 
 // Whether the loop can be analysed as a map: its number of states and its disturbance.
 inline Outcome check_loop(const Scenario& scenario, const ControllerDesign& design) {
+  if (design.memory.is_infinite()) {
+    return refuse(Status::out_of_range, "memory", "inf", "finite: the past errors are states");
+  }
   const LoopStates states = {design.memory, design.form == Form::incremental, scenario.delay};
   if (states.size() > most_loop_states) {
     return refuse_number("number of states (memory " + std::to_string(design.memory) + ", delay " +

@@ -91,12 +91,13 @@ void read(const Json& value, const Context& context, Integer& result) {
   }
 }
 
-// Infinity is "inf": JSON has no such number, Python and the command line have.
+// JSON has no number for infinity.
 inline void read(const Json& value, const Context& context, Memory& result) {
-  if (value == "inf" || value == std::numeric_limits<double>::infinity()) {
+  if (value == "inf") {
     result = infinite_memory;
   } else {
-    read(value, context, result.samples);
+    read(value, {context.path, context.range, "samples, or \"inf\"", context.outcome},
+         result.samples);
   }
 }
 

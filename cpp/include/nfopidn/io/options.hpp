@@ -75,6 +75,12 @@ struct Reading<Matrix<row_count, columns>> {
   static Json read(const std::string& text) { return rows(text, columns); }
 };
 template <>
+struct Reading<Memory> {
+  static Json read(const std::string& text) {
+    return text == "inf" ? Json(text) : number_or_text(text);
+  }
+};
+template <>
 struct Reading<Allocation<double>> {
   static Json read(const std::string& text) {
     return text.find(',') == std::string::npos ? Json(text) : rows(text, channel_count);
