@@ -1,4 +1,4 @@
-"""The closed loop of the C++ core beside the same loop in Python, NumPy and numba.
+"""The core's closed loop beside the same loop in Python, NumPy, python-control, numba and JAX.
 
 Rounds alternate between the rivals, so that a slow moment of the machine strikes all of them; the
 best of each counts. A measurement takes about 10 ms of any rival, the NumPy loop's 20 ms or more.
@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import loops
@@ -22,6 +23,9 @@ BATCH = BINARY.with_name("bench_batch")
 ROUNDS = 7
 # What the core has to reach: so many times the speed of the rival.
 LANE_BARS = {"avx512": 3.0, "avx2": 6.1, "sse2": 14.0}
+# Vector operations of a step at memory 5, without its loads, and doubles a vector.
+STEP_OPERATIONS = 180
+LANE_WIDTHS = {"avx512": 8, "avx2": 4, "sse2": 2, "neon": 2}
 BARS = {"plain Python": 60.0, "NumPy": 200.0, "numba": 1.2}
 
 
@@ -60,15 +64,25 @@ def lanes() -> dict[str, float]:
     return best
 
 
-def print_lanes(numba_step: float) -> bool:
+def roofline(name: str, cycle: float) -> float:
+    """Seconds a step and lane could take: its arithmetic alone, two vector operations a cycle.
+
+    No chain of operations waiting for each other, no loads, no spills. A vector operation is an
+    addition, a product, a minimum or one on bits; there are no fused ones, by choice.
+    """
+    return STEP_OPERATIONS * cycle / 2 / LANE_WIDTHS[name]
+
+
+def print_lanes(numba_step: float, cycle: float) -> bool:
     """Print the lanes' table; returns whether a bar is missed."""
     missed = False
-    print(f"\n{'1,024 candidates':18} {'ns a step and lane':>20} {'bar':>6} {'numba takes':>14}")
+    print("\n1,024 candidates     ns a step and lane    bar    numba takes  roofline")
     for name, step in lanes().items():
         bar = LANE_BARS.get(name, float("inf"))
         ratio = numba_step / step
         missed |= step * 1e9 > bar
-        print(f"{name:18} {step * 1e9:20.1f} {bar:6g} {ratio:12.1f} x")
+        least = roofline(name, cycle) * 1e9
+        print(f"{name:18} {step * 1e9:20.1f} {bar:6g} {ratio:12.1f} x {least:9.1f}")
     return missed
 
 
@@ -99,6 +113,10 @@ def main() -> int:
         "NumPy": (loops.fused_numpy, reference, taps, 1),
         "numba": (compiled, reference, taps, 120),
     }
+    if find_spec("control") is not None:
+        rivals["python-control"] = (loops.python_control, reference, taps, 1)
+    if (jax_loop := loops.jax_loop()) is not None:
+        rivals["JAX"] = (jax_loop, reference, taps, 20)
     cost = nfopidn.simulate().cost
     for name, (function, first, second, _) in rivals.items():
         if not np.isclose(function(first, second), cost, rtol=1e-9):
@@ -123,7 +141,10 @@ def main() -> int:
             f"{name:14} {time_taken * 1e6:10.1f} {time_taken / steps * 1e9:10.1f} "
             f"{ratio:10.1f} x {bar_text:>8}"
         )
-    missed |= print_lanes(best["numba"] / steps)
+    products = numba.njit(loops.dependent_products)
+    products(1.0)
+    cycle = seconds(products, 1.0, repeat=20) / (loops.PRODUCTS * loops.PRODUCT_CYCLES)
+    missed |= print_lanes(best["numba"] / steps, cycle)
     return int(missed)
 
 

@@ -1,4 +1,4 @@
-"""The published scenario's closed loop, written plainly three times: rivals for the C++ core.
+"""The published scenario's closed loop, written plainly five times: rivals for the C++ core.
 
 Each function takes the reference table (Scenario.reference) and the taps (Controller.taps) and
 returns the cost of eq. 41. They know the published structure only: positional, paper allocation,
@@ -14,6 +14,18 @@ DRIVE = DT / (11.5 * 0.076)
 STEER = DT * 0.452 / (2 * 0.5873 * 0.076)
 LIMIT = 3.078
 START = (4.0, 0.0, 1.0472)
+
+# For the length of a cycle: so many products, each waiting for the one before it.
+PRODUCTS = 100_000
+PRODUCT_CYCLES = 4  # on Intel's processors since 2015
+
+
+def dependent_products(factor):
+    """A chain of products, for numba to compile."""
+    product = 1.0
+    for _ in range(PRODUCTS):
+        product *= factor
+    return product
 
 
 def plain_python(reference, taps):
@@ -113,3 +125,74 @@ def compiled_loop(reference, taps):
         y += DT * v * s
         theta += DT * omega
     return total / reference.shape[0]
+
+
+def python_control(reference, taps):
+    """A discrete-time nonlinear system of python-control, run by input_output_response."""
+    import control
+
+    count = taps.shape[1]
+    gain = np.array([[DRIVE, DRIVE], [STEER, -STEER]])
+    allocation = np.array([[0.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
+
+    def parts(state, row):
+        c, s = np.cos(state[2]), np.sin(state[2])
+        dx, dy = row[0] - state[0], row[1] - state[1]
+        e = (row[2] - state[2] + np.pi) % (2 * np.pi) - np.pi
+        errors = np.empty((3, count))
+        errors[:, 1:] = state[5:].reshape(3, count - 1)
+        errors[:, 0] = c * dx + s * dy, c * dy - s * dx, e
+        neuron = np.tanh(0.5 * (taps * errors).sum(axis=1))
+        torque = np.clip(row[5:7] + allocation @ neuron, -LIMIT, LIMIT)
+        deviation = row[5:7] - torque
+        return c, s, errors, torque, dx * dx + dy * dy + e * e + deviation @ deviation
+
+    def update(_t, state, row, _params):
+        c, s, errors, torque, _ = parts(state, row)
+        v, omega = state[3:5] + gain @ torque
+        pose = state[0] + DT * v * c, state[1] + DT * v * s, state[2] + DT * omega
+        return np.concatenate([pose, (v, omega), errors[:, :-1].ravel()])
+
+    def output(_t, state, row, _params):
+        return [parts(state, row)[4]]
+
+    size = 5 + 3 * (count - 1)
+    system = control.nlsys(update, output, inputs=8, outputs=1, states=size, dt=DT)
+    times = DT * np.arange(len(reference))
+    start = np.concatenate([START, np.zeros(size - 3)])
+    response = control.input_output_response(system, times, reference.T, start)
+    return float(np.mean(response.outputs))
+
+
+def jax_loop():
+    """A function of the same arguments, compiled by JAX; None without JAX."""
+    try:
+        import jax
+    except ImportError:
+        return None
+    jax.config.update("jax_enable_x64", True)
+    jnp = jax.numpy
+    gain = jnp.array([[DRIVE, DRIVE], [STEER, -STEER]])
+    allocation = jnp.array([[0.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
+
+    @jax.jit
+    def run(reference, taps):
+        def step(carry, row):
+            pose, speed, past = carry
+            c, s = jnp.cos(pose[2]), jnp.sin(pose[2])
+            dx, dy = row[0] - pose[0], row[1] - pose[1]
+            e = (row[2] - pose[2] + jnp.pi) % (2 * jnp.pi) - jnp.pi
+            newest = jnp.stack([c * dx + s * dy, c * dy - s * dx, e])
+            errors = jnp.concatenate([newest[:, None], past[:, :-1]], axis=1)
+            neuron = jnp.tanh(0.5 * (taps * errors).sum(axis=1))
+            torque = jnp.clip(row[5:7] + allocation @ neuron, -LIMIT, LIMIT)
+            deviation = row[5:7] - torque
+            term = dx * dx + dy * dy + e * e + deviation @ deviation
+            speed = speed + gain @ torque
+            pose = pose + DT * jnp.stack([speed[0] * c, speed[0] * s, speed[1]])
+            return (pose, speed, errors), term
+
+        begin = (jnp.array(START), jnp.zeros(2), jnp.zeros(taps.shape))
+        return jnp.mean(jax.lax.scan(step, begin, reference)[1])
+
+    return lambda reference, taps: float(run(reference, taps))
