@@ -93,6 +93,36 @@ TEST(StepMap, JacobianIsThatOfFiniteDifferences) {
   }
 }
 
+TEST(StepMap, RunsLongMemoryAsModesAsTheSimulationDoes) {
+  const Scenario scenario = delayed_scenario();
+  for (const Generator generator : {Generator::tustin, Generator::gl}) {
+    ControllerDesign design = steady_settings(Form::positional);
+    design.generator = generator;
+    design.memory = infinite_memory;
+    const RunTable table = simulate(scenario, design).table;
+    const PreparedRun run = prepare(scenario);
+    ASSERT_GT(table.rows(), 100);
+    const PeriodicReference reference = {run.reference, static_cast<int>(table.rows()) - 1, 1};
+    StepMap<double> map(run, design, reference);
+    EXPECT_LE(map.size(), most_loop_states);
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(map.size());
+    Eigen::VectorXd next(map.size());
+    for (int k = 0; k < reference.period; ++k) {
+      if (k == 0) {
+        const double c = std::cos(table(0, column_e_theta));
+        const double s = std::sin(table(0, column_e_theta));
+        z.head(5) << c * table(0, column_e_x) + s * table(0, column_e_y),
+            c * table(0, column_e_y) - s * table(0, column_e_x), table(0, column_e_theta),
+            table(0, column_v), table(0, column_omega);
+      }
+      ASSERT_NEAR(z(3), table(k, column_v), 1e-4) << k;
+      ASSERT_NEAR(z(4), table(k, column_omega), 1e-4) << k;
+      map.advance(k, z.data(), next.data());
+      z = next;
+    }
+  }
+}
+
 TEST(StepMap, HasTheStatesThatItsDocumentationNames) {
   const Scenario scenario = delayed_scenario();
   for (const Form form : {Form::positional, Form::incremental}) {
@@ -105,6 +135,8 @@ TEST(StepMap, HasTheStatesThatItsDocumentationNames) {
   design.memory = 64;
   EXPECT_TRUE(check_loop(Scenario::published(), design));
   design.memory = 65;
+  EXPECT_TRUE(check_loop(Scenario::published(), design));  // as modes
+  design.alpha[1] = 1.5;                                   // which has none
   EXPECT_EQ(check_loop(Scenario::published(), design).message,
             "number of states (memory 65, delay 0) is 203; must be in [1, 200]");
   Scenario pushed = Scenario::published();

@@ -210,9 +210,7 @@ def test_what_cannot_be_analysed_is_refused():
     with refused("distance of the trajectory's ends is 7 m", "in [0, 1e-06] m", "periodic"):
         stability.loop(Scenario(open_path))
     with refused("number of states (memory 65, delay 0) is 203", "in [1, 200]"):
-        stability.loop(controller=Controller.published(memory=65))
-    with refused("memory is inf", "must be finite"):
-        stability.loop(controller=Controller.published(memory=np.inf))
+        stability.loop(controller=Controller.published(memory=65, alpha=1.5))
     with refused("disturbance is one pair a sample", "constant"):
         stability.loop(Scenario.published(disturbance=np.zeros((751, 2))))
     with refused("trajectory.period / dt is 15000", "in [1, 10000] samples"):
@@ -224,3 +222,17 @@ def test_the_text_has_verdict_radius_and_switches():
     assert text.startswith("stable; simulation after 4 periods")
     assert "spectral radius 0.09112 a period, 0.996811 a sample" in text
     assert "heading error from pi at least 2.57 rad, at sample 1" in text
+
+
+def test_long_memory_takes_part_as_modes():
+    circle = Scenario(Trajectory.circle(period=60))
+    plain = stability.loop(circle, PUBLISHED.replace(memory=60))
+    for memory, verdict in ((100, "stable"), (np.inf, "marginal")):
+        found = stability.loop(circle, PUBLISHED.replace(memory=memory))
+        assert found.verdict == verdict
+        assert len(found.state_names) == found.orbit.shape[1] <= 200
+        assert found.state_names.count("e_y(k-9)") == 1
+        assert "e_y(k-10)" not in found.state_names
+        assert "mode_y(1)" in found.state_names
+        # The robot's own numbers on the orbit are those of a plain memory, nearly.
+        np.testing.assert_allclose(found.orbit[0, :5], plain.orbit[0, :5], atol=2e-3)

@@ -29,14 +29,14 @@ struct LongKernel {
 namespace detail {
 
 inline Eigen::ArrayXd residues(double pole, double order, modes::Sign sign, double horizon,
-                               const Eigen::ArrayXd& decays) {
-  const auto weights = modes::weights(pole, order, sign, horizon, decays);
-  const bool turned = sign == modes::Sign::minus && modes::exact_taps % 2 != 0;
+                               const Eigen::ArrayXd& decays, const modes::Grid& grid) {
+  const auto weights = modes::weights(pole, order, sign, horizon, decays, grid);
+  const bool turned = sign == modes::Sign::minus && grid.exact_taps % 2 != 0;
   Eigen::ArrayXd result(decays.size());
   for (Eigen::Index i = 0; i < result.size(); ++i) {
     const long double kept = std::log1p(-static_cast<long double>(decays(i)));
     result(i) = static_cast<double>(weights[static_cast<std::size_t>(i)] *
-                                    std::exp(modes::exact_taps * kept));
+                                    std::exp(grid.exact_taps * kept));
   }
   if (turned) result = -result;
   return result;
@@ -45,19 +45,21 @@ inline Eigen::ArrayXd residues(double pole, double order, modes::Sign sign, doub
 }  // namespace detail
 
 // ((1 - w)/(1 + pole w))^order, |order| < 1 or whole, up to w^memory; infinite memory holds up to
-// `horizon`. Short memory takes any order.
+// `horizon`. Up to `longest_exact` every tap is exact and any order will do.
 inline LongKernel series_kernel(double pole, double order, int memory,
-                                int horizon = certified_horizon) {
+                                int horizon = certified_horizon,
+                                const modes::Grid& grid = modes::fine,
+                                int longest_exact = short_memory) {
   LongKernel kernel;
   kernel.memory = memory;
-  const bool is_short = memory <= short_memory;
-  kernel.taps.resize(static_cast<std::size_t>(is_short ? memory + 1 : modes::exact_taps));
+  const bool is_short = memory <= longest_exact;
+  kernel.taps.resize(static_cast<std::size_t>(is_short ? memory + 1 : grid.exact_taps));
   series_weights(pole, order, static_cast<int>(kernel.taps.size()) - 1, kernel.taps.data());
   if (is_short) return kernel;
   const double reach = std::min(memory, horizon);
-  kernel.decays = modes::decays(reach);
-  kernel.plus = detail::residues(pole, order, modes::Sign::plus, reach, kernel.decays);
-  kernel.minus = detail::residues(pole, order, modes::Sign::minus, reach, kernel.decays);
+  kernel.decays = modes::decays(reach, grid);
+  kernel.plus = detail::residues(pole, order, modes::Sign::plus, reach, kernel.decays, grid);
+  kernel.minus = detail::residues(pole, order, modes::Sign::minus, reach, kernel.decays, grid);
   return kernel;
 }
 
@@ -147,7 +149,7 @@ class LongMemory {
         plus_(kernel_.decays, kernel_.plus) {
     if ((kernel_.minus != 0.0).any()) minus_ = ModeBank(kernel_.decays, kernel_.minus);
     if (kernel_.has_modes() && kernel_.memory != infinite_memory) {
-      const int age = kernel_.memory + 1 - modes::exact_taps;
+      const int age = kernel_.memory + 1 - static_cast<int>(kernel_.taps.size());
       plus_.end_after(age);
       minus_.end_after(age);
       past_.resize(static_cast<std::size_t>(age));

@@ -10,15 +10,19 @@ namespace nfopidn {
 // 0 < sigma < 2. Both operators have the same modes, so that their residues add up: a factor 1 - w
 // turns a plus mode's residue r into r (1 - e^s), 1 + w into r (1 + e^s), and the other way round
 // for the minus modes.
-inline LongKernel fused_kernel(const ControllerSettings<double>& settings, int channel) {
+inline LongKernel fused_kernel(const ControllerSettings<double>& settings, int channel,
+                               const modes::Grid& grid = modes::fine,
+                               int longest_exact = short_memory) {
   const auto& [kp, ki, kd] = settings.gains[channel];
   const double alpha = settings.alpha[channel];
   const double integral = 1 - settings.sigma[channel];
   const bool tustin = settings.generator == Generator::tustin;
-  const LongKernel derivative =
-      series_kernel(pole_of<double>(settings.generator), alpha, settings.memory);
-  const LongKernel sum =
-      series_kernel(pole_of<double>(settings.generator), integral, settings.memory);
+  const auto series = [&](double order) {
+    return series_kernel(pole_of<double>(settings.generator), order, settings.memory,
+                         certified_horizon, grid, longest_exact);
+  };
+  const LongKernel derivative = series(alpha);
+  const LongKernel sum = series(integral);
   LongKernel kernel = derivative;
   // One tap more, which is then left out: it alone knows that the sums end.
   const int count = static_cast<int>(kernel.taps.size());

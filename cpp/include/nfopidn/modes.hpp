@@ -18,10 +18,16 @@
 
 namespace nfopidn::modes {
 
-constexpr int exact_taps = 33;    // before the modes begin: the newest, and blocks of eight
-constexpr double spacing = 0.33;  // of log s: leaves 2e-13 of the sum of the weights
-constexpr double depth = 34.5;    // e^-depth is nothing
-constexpr int slow_count = 12;    // Gauss points below 1/horizon
+struct Grid {
+  int exact_taps;  // before the modes begin
+  double spacing;  // of log s
+  double depth;    // e^-depth is nothing
+  int slow_count;  // Gauss points below 1/horizon
+};
+// Leaves 2e-13 of the sum of the weights; the newest tap, and four blocks of eight.
+constexpr Grid fine = {33, 0.33, 34.5, 12};
+// Leaves 1e-6 with a quarter of the states.
+constexpr Grid coarse = {9, 0.71, 16, 6};
 
 // Points of Gauss and Legendre on [0, 1].
 inline Eigen::ArrayXd gauss_points(int count) {
@@ -33,13 +39,14 @@ inline Eigen::ArrayXd gauss_points(int count) {
 }
 
 // The decays 1 - e^{-s} of the modes that hold up to `horizon` samples, slowest first.
-inline Eigen::ArrayXd decays(double horizon) {
+inline Eigen::ArrayXd decays(double horizon, const Grid& grid) {
   const double slow = 1 / horizon;
-  const double fastest = depth / exact_taps;
-  const int lattice = std::max(0, static_cast<int>(std::log(fastest / slow) / spacing + 0.5));
-  Eigen::ArrayXd rates(slow_count + lattice);
-  rates.head(slow_count) = gauss_points(slow_count) * slow;
-  for (int i = 0; i < lattice; ++i) rates(slow_count + i) = slow * std::exp(spacing * (i + 0.5));
+  const double fastest = grid.depth / grid.exact_taps;
+  const int lattice = std::max(0, static_cast<int>(std::log(fastest / slow) / grid.spacing + 0.5));
+  Eigen::ArrayXd rates(grid.slow_count + lattice);
+  rates.head(grid.slow_count) = gauss_points(grid.slow_count) * slow;
+  for (int i = 0; i < lattice; ++i)
+    rates(grid.slow_count + i) = slow * std::exp(grid.spacing * (i + 0.5));
   return -(-rates).unaryExpr([](double rate) { return std::expm1(rate); });
 }
 
@@ -60,10 +67,10 @@ inline Long density(double pole, Long order, Sign sign, Long rate) {
   return (sign == Sign::plus ? -share : share) * std::pow(base, order);
 }
 
-// Lagrange's polynomial j through the first `slow_count` points, at x.
-inline Long lagrange(const Longs& points, int j, Long x) {
+// Lagrange's polynomial j through the first `count` points, at x.
+inline Long lagrange(const Longs& points, int count, int j, Long x) {
   Long product = 1;
-  for (int m = 0; m < slow_count; ++m) {
+  for (int m = 0; m < count; ++m) {
     const auto i = static_cast<std::size_t>(m);
     if (m != j) product *= (x - points[i]) / (points[static_cast<std::size_t>(j)] - points[i]);
   }
@@ -73,28 +80,30 @@ inline Long lagrange(const Longs& points, int j, Long x) {
 }  // namespace detail
 
 // The modes' weights: c_k = sum_i weights_i (1 - decays_i)^k, with (-1)^k for the minus sign, for
-// exact_taps <= k <= horizon. Null for the minus sign of a pole below 1 and for whole orders.
+// grid.exact_taps <= k <= horizon. Null for the minus sign of a pole below 1 and for whole orders.
 inline std::vector<long double> weights(double pole, double order, Sign sign, double horizon,
-                                        const Eigen::ArrayXd& decays) {
+                                        const Eigen::ArrayXd& decays, const Grid& grid) {
   using detail::Long;
   detail::Longs result(static_cast<std::size_t>(decays.size()), 0);
   if (order == 0 || (sign == Sign::minus && pole < 1)) return result;
   detail::Longs rates;
   for (const double decay : decays) rates.push_back(-std::log1p(-Long(decay)));
   const auto node = [&](Long rate) {
-    return detail::density(pole, order, sign, rate) * rate * Long(spacing);
+    return detail::density(pole, order, sign, rate) * rate * Long(grid.spacing);
   };
-  for (std::size_t i = slow_count; i < rates.size(); ++i) result[i] = node(rates[i]);
+  for (auto i = static_cast<std::size_t>(grid.slow_count); i < rates.size(); ++i)
+    result[i] = node(rates[i]);
   // The lattice below the slowest: one by one while the polynomials vary, the rest by its ratio.
   const Long slow = 1 / Long(horizon);
   const Long power = 1 + (sign == Sign::plus ? Long(order) : -Long(order));
-  const Long beyond = -std::expm1(-Long(spacing) * power);  // 1 - ratio
+  const Long beyond = -std::expm1(-Long(grid.spacing) * power);  // 1 - ratio
   for (Long place = -0.5L;; place -= 1) {
-    const Long rate = slow * std::exp(Long(spacing) * place);
+    const Long rate = slow * std::exp(Long(grid.spacing) * place);
     const bool last = rate < slow * 1e-19L;
     const Long weight = last ? node(rate) / beyond : node(rate);
-    for (int j = 0; j < slow_count; ++j) {
-      result[static_cast<std::size_t>(j)] += weight * detail::lagrange(rates, j, rate);
+    for (int j = 0; j < grid.slow_count; ++j) {
+      result[static_cast<std::size_t>(j)] +=
+          weight * detail::lagrange(rates, grid.slow_count, j, rate);
     }
     if (last) return result;
   }

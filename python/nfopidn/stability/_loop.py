@@ -17,6 +17,7 @@ Verdict = Literal["stable", "unstable", "marginal", "no_orbit"]
 _SIMULATED_CHANGE = 1e4
 _FEWEST_PERIODS = 4
 _MOST_SAMPLES = 200_000
+_EXACT_TAPS = 9
 #: How far from its orbit [m] a simulation may end and still have come to it, as part of how far
 #: from the reference the orbit runs.
 _ARRIVED = 0.05
@@ -177,9 +178,14 @@ def _power_text(log_radius: float) -> str:
 
 
 def _state_names(size: int, controller: Controller, delay: int) -> tuple[str, ...]:
-    ages = range(1, int(controller.memory) + 2)
+    adds = 2 if controller.form == "incremental" else 0
+    of_channel = (size - 5 - adds - 2 * delay) // 3
+    # A memory of more numbers than these is nine past errors and modes.
+    past = of_channel if of_channel == controller.memory + 1 else _EXACT_TAPS
     names = ["e_x", "e_y", "e_theta", "v", "omega"]
-    names += [f"e_{channel}(k-{age})" for channel in ("x", "y", "theta") for age in ages]
+    for channel in ("x", "y", "theta"):
+        names += [f"e_{channel}(k-{age})" for age in range(1, past + 1)]
+        names += [f"mode_{channel}({i})" for i in range(1, of_channel - past + 1)]
     if controller.form == "incremental":
         names += ["tau_fb_left(k-1)", "tau_fb_right(k-1)"]
     names += [f"tau_{side}(k-{age})" for age in range(delay, 0, -1) for side in ("left", "right")]
@@ -273,8 +279,9 @@ def loop(scenario: Scenario | None = None, controller: Controller | None = None)
     ------
     ValueError
         If the reference is not periodic, its period is no whole number of samples or beyond 10000,
-        the loop has more than 200 states (5 + 3 (memory + 1), 2 in incremental form, 2 a sample of
-        delay), or the disturbance is not constant.
+        the loop has more than 200 states, or the disturbance is not constant. States are 5 + 3
+        (memory + 1), 2 in incremental form, 2 a sample of delay; beyond 200 memory runs as modes
+        good to 1e-6, if -1 < alpha < 1 and 0 < sigma < 2, and then goes on where a finite one ends.
 
     Examples
     --------

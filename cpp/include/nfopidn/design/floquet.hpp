@@ -109,7 +109,7 @@ inline Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& de
   const Outcome outcome = find_period(scenario, design.frame == Frame::world, result.reference);
   if (!outcome) return outcome;
   const PreparedRun run = prepare(scenario);
-  result.states = {design.memory, design.form == Form::incremental, scenario.delay};
+  loop_kernels(scenario, design, result.states);
   result.orbit = find_orbit(run, design, result.reference);
   if (!result.orbit.found) return {};
   StepMap<Dual<double>> dual(run, design, result.reference);

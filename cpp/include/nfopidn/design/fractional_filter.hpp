@@ -70,6 +70,7 @@ class FractionalFilter {
       plus[i] = kernel.plus(at);
       minus[i] = kernel.minus(at);
     }
+    const int exact = static_cast<int>(kernel.taps.size());
     Long before = 0, last = 1, error = 0, total = 1;
     for (int k = 1; k <= horizon_; ++k) {
       const Long c =
@@ -79,7 +80,7 @@ class FractionalFilter {
       before = last;
       last = c;
       total += std::abs(c);
-      if (k < modes::exact_taps) continue;
+      if (k < exact) continue;
       Long sum = 0, alternating = 0;
       for (std::size_t i = 0; i < count; ++i) {
         sum += plus[i];
@@ -89,8 +90,7 @@ class FractionalFilter {
       }
       // The fastest modes are the last; once nothing is left of one it only costs time.
       while (count > 0 && std::abs(plus[count - 1]) + std::abs(minus[count - 1]) < 1e-40L) --count;
-      error +=
-          std::abs(c - ((k - modes::exact_taps) % 2 == 0 ? sum + alternating : sum - alternating));
+      error += std::abs(c - ((k - exact) % 2 == 0 ? sum + alternating : sum - alternating));
     }
     return static_cast<double>(error / total);
   }

@@ -1,10 +1,8 @@
 // L4. The closed loop as a map from one sample to the next, for any Scalar.
 #pragma once
 
-#include <memory>
-
-#include "nfopidn/controller_design.hpp"
 #include "nfopidn/design/periodic_reference.hpp"
+#include "nfopidn/design/state_filter.hpp"
 
 namespace nfopidn {
 
@@ -12,17 +10,29 @@ constexpr int most_loop_states = 200;
 
 // The numbers that a loop's state has, in this order.
 struct LoopStates {
-  int memory;  // M: M + 1 past errors a channel
+  int filter;  // a channel's: M + 1 past errors, or fewer and the modes of a long memory
   bool adds;   // incremental form: the last feedback torques
   int delay;   // torques on their way
 
   static constexpr int pose = 0;      // error x, y [m], theta [rad], in the reference's frame
   static constexpr int velocity = 3;  // v [m/s], omega [rad/s]
-  static constexpr int past = 5;      // of x newest first, of y, of theta, as the law was fed them
-  constexpr int feedback() const { return past + channel_count * (memory + 1); }  // left, right
+  static constexpr int past = 5;      // of x, of y, of theta, as the law was fed them
+  constexpr int feedback() const { return past + channel_count * filter; }  // left, right
   constexpr int line() const { return feedback() + (adds ? 2 : 0); }  // left, right; next first
   constexpr int size() const { return line() + 2 * delay; }
 };
+
+// The kernels with which the loop has few enough states: all taps, or else modes.
+inline StateKernels loop_kernels(const Scenario& scenario, const ControllerDesign& design,
+                                 LoopStates& states) {
+  states.adds = design.form == Form::incremental;
+  states.delay = scenario.delay;
+  states.filter = std::min<int>(design.memory, most_loop_states) + 1;
+  const bool modal = states.size() > most_loop_states && has_modes(design);
+  StateKernels kernels = state_kernels(design, modal);
+  states.filter = static_cast<int>(StateFilter<double>::state_count(kernels[0]));
+  return kernels;
+}
 
 // The scenario's loop, without noise, on a period of its reference.
 //
@@ -37,14 +47,9 @@ class StepMap {
       : plant_(run.plant),
         reference_(reference),
         disturbance_(run.disturbance.front()),
-        states_{design.memory, design.form == Form::incremental, run.scenario->delay},
-        feedforward_(run.scenario->feedforward),
-        law_(std::make_unique<Law>()) {
-    law_->configure(design, run.limits);
-    if (!design.taps.empty()) {
-      law_->set_taps(design.channel_taps(0), design.channel_taps(1), design.channel_taps(2),
-                     design.memory + 2);
-    }
+        feedforward_(run.scenario->feedforward) {
+    law_.configure_structure(design, run.limits);
+    law_.set_filter(StateFilter<Scalar>(loop_kernels(*run.scenario, design, states_)));
   }
 
   const LoopStates& states() const { return states_; }
@@ -61,15 +66,15 @@ class StepMap {
     inputs.disturbance = &disturbance_;
     inputs.feedforward = feedforward_;
     inputs.divergence_distance = std::numeric_limits<double>::infinity();
-    run_closed_loop<Scalar>(plant_, *law_, loop, inputs, [](int, auto&&...) {});
+    run_closed_loop<Scalar>(plant_, law_, loop, inputs, [](int, auto&&...) {});
     keep(loop, (&now)[1], to);
-    const TorquePair<Scalar> feedback = law_->feedback();
+    const TorquePair<Scalar> feedback = law_.feedback();
     if (!feedforward_) return feedback;
     return {feedback.left + now.tau_left, feedback.right + now.tau_right};
   }
 
  private:
-  using Law = Controller<Scalar, Fir<Scalar, most_loop_states / channel_count>>;
+  using Law = Controller<Scalar, StateFilter<Scalar>>;
 
   LoopState<Scalar> restore(const Scalar* z, const ReferenceSample<double>& reference) {
     const Heading<double> h = math<double>::heading(reference.theta);
@@ -83,9 +88,9 @@ class StepMap {
     }
     const Scalar* past = z + LoopStates::past;
     for (int channel = 0; channel < channel_count; ++channel) {
-      for (int age = 0; age <= states_.memory; ++age) law_->filter().past(channel, age) = *past++;
+      for (int i = 0; i < states_.filter; ++i) law_.filter().state(channel, i) = *past++;
     }
-    if (states_.adds) law_->set_feedback({z[states_.feedback()], z[states_.feedback() + 1]});
+    if (states_.adds) law_.set_feedback({z[states_.feedback()], z[states_.feedback() + 1]});
     return loop;
   }
 
@@ -103,11 +108,11 @@ class StepMap {
     z[LoopStates::velocity + 1] = robot.omega;
     Scalar* past = z + LoopStates::past;
     for (int channel = 0; channel < channel_count; ++channel) {
-      for (int age = 0; age <= states_.memory; ++age) *past++ = law_->filter().past(channel, age);
+      for (int i = 0; i < states_.filter; ++i) *past++ = law_.filter().state(channel, i);
     }
     if (states_.adds) {
-      z[states_.feedback()] = law_->feedback().left;
-      z[states_.feedback() + 1] = law_->feedback().right;
+      z[states_.feedback()] = law_.feedback().left;
+      z[states_.feedback() + 1] = law_.feedback().right;
     }
     for (int i = 0; i < states_.delay; ++i) {
       z[states_.line() + 2 * i] = loop.delay.ahead(i).left;
@@ -118,17 +123,15 @@ class StepMap {
   Plant<double> plant_;
   const PeriodicReference& reference_;
   Disturbance<double> disturbance_;
-  LoopStates states_;
+  LoopStates states_ = {};
   bool feedforward_;
-  std::unique_ptr<Law> law_;
+  Law law_;
 };
 
 // Whether the loop can be analysed as a map: its number of states and its disturbance.
 inline Outcome check_loop(const Scenario& scenario, const ControllerDesign& design) {
-  if (design.memory.is_infinite()) {
-    return refuse(Status::out_of_range, "memory", "inf", "finite: the past errors are states");
-  }
-  const LoopStates states = {design.memory, design.form == Form::incremental, scenario.delay};
+  LoopStates states = {};
+  loop_kernels(scenario, design, states);
   if (states.size() > most_loop_states) {
     return refuse_number("number of states (memory " + std::to_string(design.memory) + ", delay " +
                              std::to_string(scenario.delay) + ")",
