@@ -3,6 +3,7 @@
 #include <initializer_list>
 
 #include "fuzz.hpp"
+#include "nfopidn/controller.hpp"
 #include "nfopidn/guarded.hpp"
 
 using namespace nfopidn;
