@@ -1,6 +1,8 @@
 // L3. The controller's three channels with long memory: what Fir is to a short one.
 #pragma once
 
+#include <array>
+
 #include "nfopidn/controller_design.hpp"
 #include "nfopidn/long_memory.hpp"
 
@@ -56,7 +58,7 @@ class Modal {
   Modal() = default;
   explicit Modal(const ControllerSettings<double>& settings) {
     for (int channel = 0; channel < channel_count; ++channel) {
-      channels_[channel] = LongMemory(fused_kernel(settings, channel));
+      channels_[static_cast<std::size_t>(channel)] = LongMemory(fused_kernel(settings, channel));
     }
   }
 
@@ -68,7 +70,7 @@ class Modal {
   }
 
  private:
-  LongMemory channels_[channel_count];
+  std::array<LongMemory, channel_count> channels_;
 };
 
 }  // namespace nfopidn

@@ -42,7 +42,8 @@ inline Eigen::ArrayXd gauss_points(int count) {
 inline Eigen::ArrayXd decays(double horizon, const Grid& grid) {
   const double slow = 1 / horizon;
   const double fastest = grid.depth / grid.exact_taps;
-  const int lattice = std::max(0, static_cast<int>(std::log(fastest / slow) / grid.spacing + 0.5));
+  const int lattice =
+      std::max(0, static_cast<int>(std::lround(std::log(fastest / slow) / grid.spacing)));
   Eigen::ArrayXd rates(grid.slow_count + lattice);
   rates.head(grid.slow_count) = gauss_points(grid.slow_count) * slow;
   for (int i = 0; i < lattice; ++i)
