@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 __version__: str
 START_SHARE: float
+LEAST_SPEED_SCALE: float
 
 _Array: TypeAlias = NDArray[np.float64]
 _Numbers: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[Any]]
@@ -466,6 +467,8 @@ class SampleFilter:
     def step(self, sample: float) -> float: ...
     def process(self, samples: _Numbers) -> _Array: ...
     def reset(self) -> None: ...
+    @property
+    def rest(self) -> float: ...
     @property
     def gain(self) -> float: ...
     @property

@@ -23,6 +23,7 @@ CONTROLLERS = {
     "hold": Controller.tuned_nominal().replace(anti_windup="hold"),
     "clamp": Controller.tuned_nominal().replace(anti_windup="clamp"),
     "speed": Controller.published(lateral="speed", speed_scale=0.3),
+    "tiny speed scale": Controller.published(lateral="speed", speed_scale=1e-310),
     "plain in the world": Controller.published(lateral="plain", frame="world"),
     "linear": Controller.published(activation="linear"),
     "linear in the world": Controller.published(activation="linear", frame="world"),

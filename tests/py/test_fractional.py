@@ -1,6 +1,7 @@
 """nfopidn.fractional against closed forms, mpmath, SciPy and python-control."""
 
 import copy
+import itertools
 import math
 import sys
 
@@ -55,11 +56,12 @@ def test_whole_orders_are_the_rule_itself(method, order):
     np.testing.assert_allclose(model.response(omega), wanted, rtol=1e-13)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("order", [0.5, -0.5, 1.5, -1.3])
+@pytest.mark.parametrize(
+    ("method", "order"),
+    # A series of an order beyond 1 does not converge.
+    [*itertools.product(METHODS, (0.5, -0.5)), *itertools.product(METHODS[3:], (1.5, -1.3))],
+)
 def test_response_is_near_the_power_of_its_rule_in_the_middle_of_the_band(method, order):
-    if method in RULES and abs(order) > 1:
-        pytest.skip("a series of such an order does not converge")
     model = discretise(order, DT, method, memory=20000, sections=15)
     middle = np.pi / DT / 30
     ideal = 1j * middle
@@ -94,7 +96,6 @@ def test_prewarping_makes_the_magnitude_exact_there():
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("order", [0.5, -1.5, 1])
 def test_conversions_have_the_same_response(method, order):
-    pytest.importorskip("control")
     model = discretise(order, DT, method, memory=30, sections=5)
     omega = np.array([0.5, 3.0, 20.0])
     wanted = model.response(omega)

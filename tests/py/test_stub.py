@@ -37,6 +37,7 @@ INNER = {
     "final_errors",
     "linear_plant",
     "START_SHARE",
+    "LEAST_SPEED_SCALE",
     "CostFunction",
     "search_function",
     "search_controller",

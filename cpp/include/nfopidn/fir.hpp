@@ -70,11 +70,6 @@ class Fir {
   constexpr const Scalar& tap(int channel, int j) const { return taps_[channel][j]; }
   constexpr int count() const { return count_; }
 
-  // The past errors that the next step() uses, newest first: 0 <= age < count() - 1.
-  constexpr Scalar& past(int channel, int age) {
-    return history_[channel][shifting ? age : head_ + age];
-  }
-
  private:
   // The least memory and the fewest instructions: the shift is done within the sum, and the newest
   // error needs no place before it.

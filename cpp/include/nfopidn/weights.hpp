@@ -21,18 +21,22 @@ struct ChoiceNames<Generator> {
 // the recursion corrected (j f_j = -2 order f_{j-1} + (j - 2) f_{j-2}), with 0 Gruenwald and
 // Letnikov's g_j, with 1/7 Al-Alaoui's. From its logarithmic derivative:
 //   j c_j = (-(1 + pole) order + (1 - pole)(j - 1)) c_{j-1} + pole (j - 2) c_{j-2}
+template <class Base, class Scalar>
+constexpr Scalar next_series_weight(Base pole, const Scalar& order, int j, const Scalar& last,
+                                    const Scalar& before) {
+  const Scalar factor = order * Scalar(-(1 + pole)) + Scalar((1 - pole) * Base(j - 1));
+  return (factor * last + before * Scalar(pole * Base(j - 2))) / Scalar(Base(j));
+}
+
 template <class Scalar>
 constexpr void series_weights(base_t<Scalar> pole, const Scalar& order, int memory,
                               Scalar* weights) {
   using Base = base_t<Scalar>;
   weights[0] = Scalar(Base(1));
   if (memory < 1) return;
-  const Scalar first = order * Scalar(-(1 + pole));
-  weights[1] = first;
+  weights[1] = order * Scalar(-(1 + pole));
   for (int j = 2; j <= memory; ++j) {
-    const Scalar last = first + Scalar((1 - pole) * Base(j - 1));
-    const Scalar before = weights[j - 2] * Scalar(pole * Base(j - 2));
-    weights[j] = (last * weights[j - 1] + before) / Scalar(Base(j));
+    weights[j] = next_series_weight(pole, order, j, weights[j - 1], weights[j - 2]);
   }
 }
 

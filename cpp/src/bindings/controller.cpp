@@ -211,6 +211,7 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
 }  // namespace
 
 void bind_controller(py::module_& module) {
+  module.attr("LEAST_SPEED_SCALE") = least_speed_scale;
   using C = PyController;
   const std::string rest = [] {
     Json defaults = write_settings(Settings{});

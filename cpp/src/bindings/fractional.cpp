@@ -106,6 +106,7 @@ void bind_fractional(py::module_& module) {
            "process(self, samples)\n--\n\nThe next outputs.")
       .def(
           "reset", [](F& self) { self.filter.reset(); }, "reset(self)\n--\n\nForgets all samples.")
+      .def_property_readonly("rest", [](const F& self) { return self.filter.order().rest; })
       .def_property_readonly("gain", [](const F& self) { return self.filter.gain(); })
       .def_property_readonly("modes",
                              [](const F& self) { return self.filter.kernel().mode_count(); })

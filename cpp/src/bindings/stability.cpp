@@ -44,6 +44,7 @@ py::dict analyse(const Scenario& scenario, const PyController& controller) {
   result["verdict"] = word(found.verdict);
   result["period"] = found.reference.period;
   result["laps"] = found.reference.laps;
+  result["past_errors"] = found.states.errors;
   result["reference"] = reference_rows(found.reference);
   result["orbit"] = RowMatrix(found.orbit.states.transpose());
   result["residual"] = found.orbit.residual;

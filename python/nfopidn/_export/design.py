@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nfopidn._core import Controller, Scenario, __version__
+from nfopidn._core import LEAST_SPEED_SCALE, Controller, Scenario, __version__
 
 PAPER = [[0.0, 1.0, 1.0], [1.0, 1.0, 0.0]]
 DECOUPLED = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0]]
@@ -83,7 +83,9 @@ def design_of(controller: Controller, scenario: Scenario | None) -> Design:
     allocation = controller.allocation
     matrix = _NAMED[allocation] if isinstance(allocation, str) else np.asarray(allocation).tolist()
     limit = np.float32(3.078 if scenario is None else scenario.torque_limit)
-    return Design(single, matrix, limit, np.float32(scale if scale > 0.0 else 1.0))
+    # As the law in the core: a lesser scale has no inverse in single precision.
+    scale = max(scale, LEAST_SPEED_SCALE) if scale > 0.0 else 1.0
+    return Design(single, matrix, limit, np.float32(scale))
 
 
 def origin_of(controller: Controller, scenario: Scenario | None, prefix: str) -> str:

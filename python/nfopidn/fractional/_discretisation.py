@@ -107,10 +107,7 @@ class Discretisation:
             For a band that does not rise or ends above Nyquist's frequency.
         """
         omega = checks.frequencies(checks.band(band, self.dt))
-        ratio = self.response(omega) / (1j * omega) ** self.order
-        return float(np.abs(np.abs(ratio) - 1).max()), float(
-            np.abs(np.angle(ratio, deg=True)).max()
-        )
+        return worst_errors(self.response(omega) / (1j * omega) ** self.order)
 
     def to_dlti(self) -> Any:
         """Return it as scipy.signal.dlti (zeros, poles, gain). Needs SciPy."""
@@ -210,6 +207,11 @@ def discretise(
         found = _core.continued_fraction(order, pole, dt, warp, sections)
     roots, ends, gain = found
     return Discretisation(order, dt, method, gain, None, _complex(roots), _complex(ends))
+
+
+def worst_errors(ratio: NDArray[np.complex128]) -> tuple[float, float]:
+    """Return the largest |magnitude - 1| [-] and phase [degree] of ratios that should be 1."""
+    return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())
 
 
 def _complex(numbers: ArrayLike) -> NDArray[np.complex128]:

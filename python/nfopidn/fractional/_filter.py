@@ -150,8 +150,7 @@ class FractionalFilter:
         """
         row = _row(samples)
         length = row.size if math.isinf(self._memory) else min(row.size, int(self._memory) + 1)
-        fractional = self._order not in {-1.0, 0.0, 1.0}
-        if fractional and row.size >= _SHORT_SIGNAL and length >= _SHORT_MEMORY:
+        if self._filter.rest != 0 and row.size >= _SHORT_SIGNAL and length >= _SHORT_MEMORY:
             convolve = _oaconvolve()
             if convolve is not None:
                 return self._by_fft(row, length, convolve)
@@ -160,7 +159,7 @@ class FractionalFilter:
         return fresh.stream(row)
 
     def _by_fft(self, row: NDArray[np.float64], length: int, convolve: Any) -> NDArray[np.float64]:
-        rest = math.fmod(self._order, 1.0)
+        rest = self._filter.rest
         weights = _core.series_weights(checks.POLES[self._method], rest, length - 1)
         out = convolve(row, weights)[: row.size] * self._filter.gain
         if rest == self._order:

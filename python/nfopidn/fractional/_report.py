@@ -10,7 +10,7 @@ import numpy as np
 
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
-from nfopidn.fractional._discretisation import discretise
+from nfopidn.fractional._discretisation import discretise, worst_errors
 
 
 @dataclass(frozen=True)
@@ -127,25 +127,14 @@ def truncation_report(
     memory = controller.memory
     taps = 100_000 if isinstance(memory, float) else int(memory)
     entries = []
+    omega = checks.frequencies(edges)
+    integrator = discretise(-1, dt, controller.generator).response(omega)
     for channel, alpha, sigma in pairs:
-        for operator, order, series in (
-            ("s^alpha", alpha, alpha),
-            ("s^-sigma", -sigma, 1 - sigma),
+        for operator, order, series, whole in (
+            ("s^alpha", alpha, alpha, 1.0),
+            ("s^-sigma", -sigma, 1 - sigma, integrator),
         ):
             model = discretise(series, dt, controller.generator, memory=taps)
-            errors = model.errors(edges)
-            if operator == "s^-sigma":
-                # The exact factor is the rule's own 1/s, which is off by the rule alone.
-                errors = _with_integrator(model.order, dt, controller.generator, taps, edges)
-            entries.append(OperatorError(channel, operator, order, *errors))
+            ratio = model.response(omega) * whole / (1j * omega) ** order
+            entries.append(OperatorError(channel, operator, order, *worst_errors(ratio)))
     return TruncationReport(memory, controller.generator, dt, edges, tuple(entries))
-
-
-def _with_integrator(
-    series: float, dt: float, generator: str, memory: int, band: tuple[float, float]
-) -> tuple[float, float]:
-    omega = checks.frequencies(band)
-    integrator = discretise(-1, dt, generator).response(omega)
-    ratio = discretise(series, dt, generator, memory=memory).response(omega) * integrator
-    ratio /= (1j * omega) ** (series - 1)
-    return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())

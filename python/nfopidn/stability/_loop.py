@@ -17,7 +17,6 @@ Verdict = Literal["stable", "unstable", "marginal", "no_orbit"]
 _SIMULATED_CHANGE = 1e4
 _FEWEST_PERIODS = 4
 _MOST_SAMPLES = 200_000
-_EXACT_TAPS = 9
 #: How far from its orbit [m] a simulation may end and still have come to it, as part of how far
 #: from the reference the orbit runs.
 _ARRIVED = 0.05
@@ -177,11 +176,9 @@ def _power_text(log_radius: float) -> str:
     return f"{10 ** (decades - exponent):.4g}e{exponent:+d}"
 
 
-def _state_names(size: int, controller: Controller, delay: int) -> tuple[str, ...]:
+def _state_names(size: int, past: int, controller: Controller, delay: int) -> tuple[str, ...]:
     adds = 2 if controller.form == "incremental" else 0
     of_channel = (size - 5 - adds - 2 * delay) // 3
-    # A memory of more numbers than these is nine past errors and modes.
-    past = of_channel if of_channel == controller.memory + 1 else _EXACT_TAPS
     names = ["e_x", "e_y", "e_theta", "v", "omega"]
     for channel in ("x", "y", "theta"):
         names += [f"e_{channel}(k-{age})" for age in range(1, past + 1)]
@@ -308,7 +305,9 @@ def loop(scenario: Scenario | None = None, controller: Controller | None = None)
         laps=found["laps"],
         dt=scenario.trajectory.dt,
         orbit=found["orbit"],
-        state_names=_state_names(found["orbit"].shape[1], controller, scenario.delay),
+        state_names=_state_names(
+            found["orbit"].shape[1], found["past_errors"], controller, scenario.delay
+        ),
         reference=found["reference"],
         limited_samples=found["limited_samples"],
         residual=found["residual"],

@@ -109,12 +109,12 @@ inline Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& de
   const Outcome outcome = find_period(scenario, design.frame == Frame::world, result.reference);
   if (!outcome) return outcome;
   const PreparedRun run = prepare(scenario);
-  loop_kernels(scenario, design, result.states);
-  result.orbit = find_orbit(run, design, result.reference);
-  if (!result.orbit.found) return {};
-  StepMap<Dual<double>> dual(run, design, result.reference);
-  detail::find_multipliers(dual, result);
   StepMap<double> map(run, design, result.reference);
+  StepMap<Dual<double>> dual(run, design, result.reference);
+  result.states = map.states();
+  result.orbit = find_orbit(map, dual, result.reference, scenario.divergence_distance);
+  if (!result.orbit.found) return {};
+  detail::find_multipliers(dual, result);
   result.switches = detail::find_switches(map, result.orbit.states, scenario.torque_limit);
   const double distance = std::expm1(result.log_radius);
   const bool marginal = std::fabs(distance) <= marginal_width;

@@ -73,10 +73,7 @@ class FractionalFilter {
     const int exact = static_cast<int>(kernel.taps.size());
     Long before = 0, last = 1, error = 0, total = 1;
     for (int k = 1; k <= horizon_; ++k) {
-      const Long c =
-          ((-(1 + Long(rule_.pole)) * order_.rest + (1 - Long(rule_.pole)) * (k - 1)) * last +
-           Long(rule_.pole) * (k - 2) * before) /
-          k;
+      const Long c = next_series_weight(Long(rule_.pole), Long(order_.rest), k, last, before);
       before = last;
       last = c;
       total += std::abs(c);

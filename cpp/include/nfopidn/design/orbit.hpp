@@ -176,10 +176,8 @@ inline bool settle(StepMap<double>& map, double divergence_distance, Eigen::Matr
 }  // namespace detail
 
 // Looked for from the reference and, where that fails, from a long simulation.
-inline Orbit find_orbit(const PreparedRun& run, const ControllerDesign& design,
-                        const PeriodicReference& reference) {
-  StepMap<double> map(run, design, reference);
-  StepMap<Dual<double>> dual(run, design, reference);
+inline Orbit find_orbit(StepMap<double>& map, StepMap<Dual<double>>& dual,
+                        const PeriodicReference& reference, double divergence_distance) {
   const Eigen::MatrixXd start = detail::reference_states(map.states(), reference);
   Orbit orbit;
   for (const auto acceptance : {detail::Acceptance::shorter, detail::Acceptance::either}) {
@@ -190,7 +188,7 @@ inline Orbit find_orbit(const PreparedRun& run, const ControllerDesign& design,
   Orbit settled;
   settled.states = start;
   settled.start = OrbitStart::simulation;
-  if (!detail::settle(map, run.scenario->divergence_distance, settled.states)) return orbit;
+  if (!detail::settle(map, divergence_distance, settled.states)) return orbit;
   settled.found = detail::newton(map, dual, detail::Acceptance::either, settled);
   return settled;
 }

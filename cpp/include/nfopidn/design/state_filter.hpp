@@ -54,6 +54,9 @@ class StateFilter {
   }
 
   // Numbers a channel: past errors, newest first; then the plus modes, then the minus modes.
+  static std::size_t past_count(const LongKernel& kernel) {
+    return kernel.taps.size() - (kernel.has_modes() ? 0 : 1);
+  }
   static std::size_t state_count(const LongKernel& kernel) {
     return past_count(kernel) + static_cast<std::size_t>(kernel.plus.size()) +
            static_cast<std::size_t>(minus_count(kernel));
@@ -71,9 +74,6 @@ class StateFilter {
   }
 
  private:
-  static std::size_t past_count(const LongKernel& kernel) {
-    return kernel.taps.size() - (kernel.has_modes() ? 0 : 1);
-  }
   static Eigen::Index minus_count(const LongKernel& kernel) {
     return (kernel.minus != 0.0).any() ? kernel.minus.size() : 0;
   }

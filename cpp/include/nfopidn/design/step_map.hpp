@@ -10,7 +10,8 @@ constexpr int most_loop_states = 200;
 
 // The numbers that a loop's state has, in this order.
 struct LoopStates {
-  int filter;  // a channel's: M + 1 past errors, or fewer and the modes of a long memory
+  int filter;  // a channel's: past errors, and then the modes of a long memory
+  int errors;  // how many of them are past errors: M + 1 without modes
   bool adds;   // incremental form: the last feedback torques
   int delay;   // torques on their way
 
@@ -31,6 +32,7 @@ inline StateKernels loop_kernels(const Scenario& scenario, const ControllerDesig
   const bool modal = states.size() > most_loop_states && has_modes(design);
   StateKernels kernels = state_kernels(design, modal);
   states.filter = static_cast<int>(StateFilter<double>::state_count(kernels[0]));
+  states.errors = static_cast<int>(StateFilter<double>::past_count(kernels[0]));
   return kernels;
 }
 
