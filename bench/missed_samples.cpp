@@ -59,7 +59,7 @@ void report(const PreparedRun& run, const ControllerDesign& design, double share
   std::vector<double> costs;
   int diverged = 0;
   for (int seed = 1; seed <= runs; ++seed) {
-    with_controller(design, run.limits, [&](auto& law) {
+    with_tap_controller(design, run.limits, [&](auto& law) {
       law.reset();
       Lossy lossy(law, share, way, seed, run.limits.torque);
       const auto result =
