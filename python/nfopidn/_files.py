@@ -1,0 +1,46 @@
+"""Files that the commands are given."""
+
+from __future__ import annotations
+
+import json
+from os import PathLike
+from pathlib import Path
+
+from nfopidn._core import Controller, Rival
+
+
+def load_controller(path: str) -> Controller | Rival:
+    """Read a controller file or a rival file.
+
+    Raises
+    ------
+    ValueError
+        Names the file, and what in it is not as it must be.
+    """
+    try:
+        rival = json.loads(Path(path).read_text(encoding="utf-8"))["format"] == "nfopidn-rival"
+    except (OSError, ValueError, TypeError, KeyError):  # Controller.load says what is wrong
+        rival = False
+    return Rival.load(path) if rival else Controller.load(path)
+
+
+def check_picture(path: str | None) -> None:
+    """Refuse a picture's name that matplotlib has no format for, before any work."""
+    if path is None:
+        return
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    known = FigureCanvasBase.get_supported_filetypes()
+    if Path(path).suffix[1:].lower() not in known:
+        raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
+
+
+def replace_file(path: str | PathLike[str], text: str) -> None:
+    """Write a file whole or not at all."""
+    target = Path(path)
+    draft = target.with_name(target.name + ".part")
+    try:
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
