@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from os import PathLike
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn._compare import tables
-from nfopidn._compare.contenders import AnyController
+from nfopidn._compare.contenders import AnyController, check_counts
 from nfopidn._compare.ranking import Ranking, rank
 from nfopidn._compare.suite import scenario_suite
 from nfopidn._core import Controller, Rival, Scenario, SimulationResult, simulate
@@ -88,6 +88,7 @@ class Comparison:
     controllers: tuple[str, ...]
     scenarios: tuple[str, ...]
     values: dict[str, Array]
+    draws: NDArray[np.int64]  # as values: which runs of a pair are one and the same
     first_runs: dict[tuple[str, str], SimulationResult]
 
     def median(self, metric: str = "cost") -> Array:
@@ -106,6 +107,7 @@ class Comparison:
                 metric: np.concatenate([part.values[metric] for part in parts], axis=1)
                 for metric in METRICS
             },
+            np.concatenate([part.draws for part in parts], axis=1),
             {pair: run for part in parts for pair, run in part.first_runs.items()},
         )
 
@@ -114,9 +116,9 @@ class Comparison:
         if scenario not in self.scenarios:
             known = ", ".join(self.scenarios)
             raise ValueError(f"scenario is {scenario!r}; must be one of {known}")
-        return rank(
-            list(self.controllers), self.values["cost"][:, self.scenarios.index(scenario), :]
-        )
+        place = self.scenarios.index(scenario)
+        costs, draws = self.values["cost"][:, place], self.draws[:, place]
+        return rank(list(self.controllers), costs, draws)
 
     def to_markdown(self, metric: str = "cost") -> str:
         """Give a table of medians, a row a controller and a column a scenario."""
@@ -148,7 +150,7 @@ def _named(controllers: Mapping[str, Entry] | Sequence[AnyController]) -> dict[s
         controllers = {_name(one, place): one for place, one in enumerate(controllers)}
     named: dict[str, list[Any]] = {}
     for name, entry in controllers.items():
-        members = [entry] if isinstance(entry, Controller | Rival) else list(entry)
+        members: list[Any] = list(entry) if isinstance(entry, Iterable) else [entry]
         if not members or not all(isinstance(one, Controller | Rival) for one in members):
             raise ValueError(
                 f"controllers: {name!r} must be a Controller, a Rival or a list of them"
@@ -203,8 +205,7 @@ def compare(
     ValueError
         Unknown scenario, lists of different lengths, nothing to compare.
     """
-    if isinstance(seeds, bool) or int(seeds) != seeds or seeds < 1:
-        raise ValueError(f"seeds is {seeds}; must be a whole number of at least 1")
+    check_counts(seeds=seeds, workers=workers)
     named = _named(controllers)
     chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
     if not chosen or not all(isinstance(one, Scenario) for one in chosen.values()):
@@ -212,35 +213,39 @@ def compare(
     count = max(len(members) for members in named.values()) * seeds
     pairs = [(name, place) for name in named for place in chosen]
     values = {metric: np.empty((len(named), len(chosen), count)) for metric in METRICS}
+    draws = np.empty((len(named), len(chosen), count), dtype=np.int64)
     first: dict[tuple[str, str], SimulationResult] = {}
 
-    def work(pair: tuple[str, str]) -> tuple[SimulationResult, Array]:
+    def work(pair: tuple[str, str]) -> tuple[list[SimulationResult], NDArray[np.int64]]:
         return _runs(named[pair[0]], chosen[pair[1]], count, seeds)
 
     with (
         progress_bar("comparing", len(pairs), progress) as report,
         ThreadPoolExecutor(workers) as pool,
     ):
-        for done, (pair, (run, table)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
+        for done, (pair, (runs, own)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
             i, j = divmod(done, len(chosen))
-            first[pair] = run
-            for row, metric in enumerate(METRICS):
-                values[metric][i, j] = table[row]
+            first[pair] = runs[0]
+            draws[i, j] = own
+            for name, metric in METRICS.items():
+                values[name][i, j] = np.array([metric.of(run) for run in runs])[own]
             report(done + 1, f"{pair[0]} on {pair[1]}")
-    return Comparison(tuple(named), tuple(chosen), values, first)
+    return Comparison(tuple(named), tuple(chosen), values, draws, first)
 
 
 def _runs(
     members: list[Any], scenario: Scenario, count: int, seeds: int
-) -> tuple[SimulationResult, Array]:
-    """Give the first run and all metrics, (metrics, count); runs that are alike run once."""
+) -> tuple[list[SimulationResult], NDArray[np.int64]]:
+    """Give the runs that differ, and for each of `count` which of them it is."""
     noisy = any(value > 0 for value in scenario.pose_noise)
-    known: dict[tuple[int, int], SimulationResult] = {}
-    table = np.empty((len(METRICS), count))
+    known: dict[tuple[int, int], int] = {}
+    runs: list[SimulationResult] = []
+    own = np.empty(count, dtype=np.int64)
     for i in range(count):
-        key = (i // seeds % len(members), i % seeds if noisy else 0)
-        if key not in known:
-            drawn = scenario.replace(rng=key[1]) if noisy else scenario
-            known[key] = simulate(drawn, members[key[0]])
-        table[:, i] = [metric.of(known[key]) for metric in METRICS.values()]
-    return known[0, 0], table
+        member, draw = i // seeds % len(members), i % seeds if noisy else 0
+        if (member, draw) not in known:
+            known[member, draw] = len(runs)
+            drawn = scenario.replace(rng=draw) if noisy else scenario
+            runs.append(simulate(drawn, members[member]))
+        own[i] = known[member, draw]
+    return runs, own

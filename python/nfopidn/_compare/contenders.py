@@ -43,6 +43,7 @@ CONTENDERS: dict[str, Contender] = {
     "decoupled": Contender("decoupled"),
     "incremental": Contender("incremental"),
     "extended": Contender("extended"),
+    "free taps": Contender("taps"),
     "extended, linear": Contender({**_EXTENDED, "activation": "linear"}),
     "extended, whole orders": Contender(_EXTENDED, _WHOLE_EACH),
     "extended, memory 1": Contender({**_EXTENDED, "memory": 1}),
@@ -60,7 +61,7 @@ CONTENDERS: dict[str, Contender] = {
 #: Names that stand for several.
 GROUPS: dict[str, list[str]] = {
     "all": [
-        *("published", "paper", "decoupled", "incremental", "extended", "extended, linear"),
+        *("published", "paper", "decoupled", "incremental", "extended", "free taps"),
         *("FOPID", "NPID neural", "PID"),
         *Rival.laws(),
     ],
@@ -87,6 +88,13 @@ def contender_names(names: Sequence[str]) -> list[str]:
             if member not in chosen:
                 chosen.append(member)
     return chosen
+
+
+def check_counts(**counts: int) -> None:
+    """Refuse what is no whole number of at least 1."""
+    for name, number in counts.items():
+        if isinstance(number, bool) or int(number) != number or number < 1:
+            raise ValueError(f"{name} is {number}; must be a whole number of at least 1")
 
 
 def tune_contenders(
@@ -125,9 +133,7 @@ def tune_contenders(
     ValueError
         A name that is not known; seeds, maxfev or workers below 1.
     """
-    for name, number in (("seeds", seeds), ("maxfev", maxfev), ("workers", workers)):
-        if isinstance(number, bool) or int(number) != number or number < 1:
-            raise ValueError(f"{name} is {number}; must be a whole number of at least 1")
+    check_counts(seeds=seeds, maxfev=maxfev, workers=workers)
     chosen = contender_names(names)
     jobs = [(name, seed) for name in chosen if not CONTENDERS[name].fixed for seed in range(seeds)]
 

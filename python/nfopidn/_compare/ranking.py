@@ -54,8 +54,20 @@ def fewest_runs(controllers: int) -> int:
     return runs
 
 
-def rank(names: list[str], costs: NDArray[np.float64]) -> Ranking:
+def _paired(
+    costs: NDArray[np.float64], draws: NDArray[np.int64], pair: list[int]
+) -> NDArray[np.float64]:
+    """Give the two rows' costs, (2, runs): the same two runs count once, not as two draws."""
+    _, first = np.unique(draws[pair], axis=1, return_index=True)
+    return costs[pair][:, np.sort(first)]
+
+
+def rank(
+    names: list[str], costs: NDArray[np.float64], draws: NDArray[np.int64] | None = None
+) -> Ranking:
     """Rank by the median of costs (controllers, runs); run i of all is one pair.
+
+    `draws` has the shape of `costs` and tells which runs of a row are the same; None: none.
 
     Raises
     ------
@@ -66,22 +78,28 @@ def rank(names: list[str], costs: NDArray[np.float64]) -> Ranking:
     order = [int(i) for i in np.argsort(medians, kind="stable")]
     ordered = tuple(names[i] for i in order)
     values = tuple(float(medians[i]) for i in order)
-    none: tuple[float | None, ...] = (None,) * len(names)
-    if len(names) == 1:
-        return Ranking(ordered, values, none, None, "nobody to compare with")
-    if costs.shape[1] < fewest_runs(len(names)):
-        reason = f"no test: {costs.shape[1]} runs, at least {fewest_runs(len(names))} are needed"
-        return Ranking(ordered, values, none, None, reason)
+    if draws is None:
+        draws = np.tile(np.arange(costs.shape[1]), (len(costs), 1))
+    rest = {i: _paired(costs, draws, [i, order[0]]) for i in order[1:]}
+    fewest = fewest_runs(len(names))
+    tested = [i for i in rest if rest[i].shape[1] >= fewest]
+    p: dict[int, float] = dict(zip(tested, _holm([_p_value(rest[i]) for i in tested]), strict=True))
+    if not rest:
+        reason = "nobody to compare with"
+    elif len(tested) < len(rest):
+        least = min(pair.shape[1] for pair in rest.values())
+        reason = f"no test: {least} runs of a pair, at least {fewest} are needed"
+    elif max(p.values()) < SIGNIFICANCE:
+        reason = ""
+    else:
+        reason = "the first is not ahead of all others with p < 0.05"
+    winner = None if reason else ordered[0]
+    return Ranking(ordered, values, tuple(p.get(i) for i in order), winner, reason)
+
+
+def _p_value(pair: NDArray[np.float64]) -> float:
     try:
         from scipy.stats import wilcoxon
     except ImportError:
         raise ImportError("ranking needs SciPy: pip install 'nfopidn[compare]'") from None
-    best = costs[order[0]]
-    raw = []
-    for i in order[1:]:
-        same = np.array_equal(costs[i], best)
-        raw.append(1.0 if same else float(wilcoxon(costs[i], best).pvalue))
-    p = (None, *_holm(raw))
-    won = max(value for value in p[1:] if value is not None) < SIGNIFICANCE
-    reason = "" if won else "the first is not ahead of all others with p < 0.05"
-    return Ranking(ordered, values, p, ordered[0] if won else None, reason)
+    return 1.0 if np.array_equal(pair[0], pair[1]) else float(wilcoxon(pair[0], pair[1]).pvalue)
