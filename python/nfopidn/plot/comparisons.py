@@ -85,6 +85,6 @@ def paths(runs: Mapping[str, SimulationResult], ax: Axes | None = None) -> Axes:
     for place, (name, run) in enumerate(runs.items()):
         ax.plot(run.columns["x"], run.columns["y"], label=name, zorder=3, **stroke(place))
     style.finish(ax, "x [m]", "y [m]")
-    ax.set_aspect("equal", "datalim")
+    ax.set_aspect("equal")
     style.legend_above(ax, ncols=3)
     return ax
