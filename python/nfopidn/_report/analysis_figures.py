@@ -27,12 +27,12 @@ def convergence(history: Any) -> Figure:
         line(nfev, short(best), "best so far", {**ROBOT, "width": 2, "shape": "hv"}),
     ]
     logarithmic = len(best) > 0 and bool(np.all(best > 0))
-    scale = {"type": "log", "dtick": "D2"} if logarithmic else {}
+    scale = {"type": "log", "dtick": "D2", "tickformat": "~g"} if logarithmic else {}
     return figure(
         traces,
         320,
         xaxis=axis("evaluations of the cost", rangemode="tozero", exponentformat="none"),
-        yaxis=axis("cost E [-]", exponentformat="power", hoverformat=".5g", **scale),
+        yaxis=axis("cost E [-]", hoverformat=".5g", **scale),
         hovermode="x",
     )
 

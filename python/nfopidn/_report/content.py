@@ -73,7 +73,7 @@ def _stability(scenario: Scenario, controller: Controller) -> Stability:
     try:
         found = loop(scenario, controller)
     except ValueError as error:
-        return Stability("none", f"There is no verdict. {error}.", [], "")
+        return Stability("no verdict", f"There is no verdict. {error}.", [])
     rows, text = stability_rows(found), verdict_text(found)
     stability = Stability(found.verdict.replace("_", " "), text, rows)
     try:

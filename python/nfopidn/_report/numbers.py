@@ -36,6 +36,8 @@ def readable(number: float, digits: int = 4) -> str:
 
 def readable_power(logarithm: float, digits: int = 4) -> str:
     """Write e to the power of a logarithm, which may lie beyond every float."""
+    if not isfinite(logarithm):
+        return "0" if logarithm < 0 else "not finite"
     decades = logarithm / log(10)
     if abs(decades) < 300:
         return readable(10**decades, digits)

@@ -4,12 +4,14 @@
   const playTime = 16; // of a whole run [s]
   const printWidth = 680; // of a figure on A4 [px]
   const markStroke = { color: "#1d1f22", width: 1 };
+  // Without a mouse a drag scrolls the page and the figures have no tools.
+  const touched = window.matchMedia("(hover: none)").matches;
   const config = {
     responsive: true,
     displaylogo: false,
-    modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+    displayModeBar: touched ? false : "hover",
+    modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
   };
-  const touched = window.matchMedia("(pointer: coarse)").matches;
 
   // "@name" stands for a column of the run.
   const resolved = (trace, columns) => {
@@ -32,29 +34,27 @@
   const number = (value) =>
     value === null ? "–" : Number(value.toPrecision(4)).toString().replace("-", "\u2212");
 
-  // The robot seen from above: body, wheels, and a line to its front.
-  const outline = (x, y, theta, radius) => {
-    const cos = Math.cos(theta);
-    const sin = Math.sin(theta);
+  // The robot seen from above: its body, and its wheels with a mark that points ahead.
+  const circle = Array.from({ length: 41 }, (_, i) => [Math.cos((i * Math.PI) / 20), Math.sin((i * Math.PI) / 20)]);
+  const wheel = (side) => [[-0.45, -0.14], [0.45, -0.14], [0.45, 0.14], [-0.45, 0.14], [-0.45, -0.14]]
+    .map(([forward, left]) => [forward, left + side]);
+  const body = [circle];
+  const parts = [wheel(-0.95), wheel(0.95), [[0.88, 0], [-0.2, 0.34], [-0.2, -0.34], [0.88, 0]]];
+
+  // Rings of points (forward, left) in radii, as x and y of one trace.
+  const placed = (rings, x, y, theta, radius) => {
+    const cos = radius * Math.cos(theta);
+    const sin = radius * Math.sin(theta);
     const across = [];
     const up = [];
-    const put = (forward, left) => {
-      across.push(x + radius * (forward * cos - left * sin));
-      up.push(y + radius * (forward * sin + left * cos));
-    };
-    const gap = () => {
+    for (const ring of rings) {
+      for (const [forward, left] of ring) {
+        across.push(x + forward * cos - left * sin);
+        up.push(y + forward * sin + left * cos);
+      }
       across.push(null);
       up.push(null);
-    };
-    for (let i = 0; i <= 40; ++i) put(Math.cos((i * Math.PI) / 20), Math.sin((i * Math.PI) / 20));
-    gap();
-    for (const side of [-0.95, 0.95]) {
-      for (const [forward, left] of [[-0.45, -0.14], [0.45, -0.14], [0.45, 0.14], [-0.45, 0.14], [-0.45, -0.14]]) {
-        put(forward, side + left);
-      }
-      gap();
     }
-    for (const [forward, left] of [[0.95, 0], [0.35, 0.32], [0.35, -0.32], [0.95, 0]]) put(forward, left);
     return [across, up];
   };
 
@@ -66,22 +66,25 @@
     const marked = Object.entries(scenario.figures)
       .filter(([, figure]) => figure.marks_time)
       .map(([name]) => find(name));
-    const robotTrace = scenario.figures.path.data.length - 1;
+    const traces = scenario.figures.path.data.length;
+    const moved = [traces - 3, traces - 2, traces - 1]; // reference, body, parts
     let playing = null;
     let waiting = false;
 
     const shown = [
       ["t", "t", "s"], ["x", "x", "m"], ["y", "y", "m"], ["θ", "theta", "rad"],
       ["v", "v", "m/s"], ["ω", "omega", "rad/s"],
-      ["e\u2093", "e_x", "m"], ["e\u1d67", "e_y", "m"], ["e\u03b8", "e_theta", "rad"],
+      ["e_x", "e_x", "m"], ["e_y", "e_y", "m"], ["e_θ", "e_theta", "rad"],
       ["τ left", "tau_left", "N m"], ["τ right", "tau_right", "N m"],
     ];
     const values = shown.map(([label, , unit]) => {
       const cell = document.createElement("span");
       const name = document.createElement("em");
       const value = document.createElement("b");
-      name.textContent = `${label} `;
-      cell.append(name, value, ` ${unit}`);
+      const [symbol, index] = label.split("_");
+      name.textContent = symbol;
+      if (index) name.append(Object.assign(document.createElement("sub"), { textContent: index }));
+      cell.append(name, " ", value, ` ${unit}`);
       now.append(cell);
       return value;
     });
@@ -92,11 +95,12 @@
       const at = (name) => columns[name][k];
       shown.forEach(([, name], i) => { values[i].textContent = number(at(name)); });
       slider.setAttribute("aria-valuetext", `${at("t")} s`);
-      const [x, y] = outline(at("x"), at("y"), at("theta"), scenario.robot_radius);
-      Plotly.restyle(path, { x: [[at("x_ref")], x], y: [[at("y_ref")], y] }, [robotTrace - 1, robotTrace]);
+      const pose = [at("x"), at("y"), at("theta"), scenario.robot_radius];
+      const lines = [[[at("x_ref")], [at("y_ref")]], placed(body, ...pose), placed(parts, ...pose)];
+      Plotly.restyle(path, { x: lines.map(([x]) => x), y: lines.map(([, y]) => y) }, moved);
       for (const place of marked) {
-        const mark = { type: "line", xref: "x", yref: "paper", x0: at("t"), x1: at("t"), y0: 0, y1: 1, line: markStroke };
-        Plotly.relayout(place, { shapes: [mark] });
+        const across = { type: "line", xref: "x", x0: at("t"), x1: at("t"), line: markStroke };
+        Plotly.relayout(place, { shapes: [{ ...across, yref: "paper", y0: 0, y1: 1 }] });
       }
     };
     const request = () => {

@@ -29,9 +29,10 @@ _MOST_ROWS = 6000
 _FEWEST_ROWS = 300
 _OUTLINES = 14  # of the robot along its path
 _CIRCLE = 24  # points of an outline
-_SMALLEST_ROBOT, _LARGEST_ROBOT = 0.045, 0.12  # its width as part of the path's extent
+_SMALLEST_ROBOT, _LARGEST_ROBOT = 0.065, 0.12  # its width as part of the path's extent
 
 _TIME_DIGITS = 9
+_BODY = "#f6d3a8"
 _LABELS = {"left": "left wheel torque [N m]", "right": "right wheel torque [N m]"}
 _RUN_COLUMNS = (
     *("t", "x_ref", "y_ref", "theta_ref", "x", "y", "theta", "v", "omega"),
@@ -65,10 +66,13 @@ def columns(run: SimulationResult, step: int) -> dict[str, Short]:
     }
 
 
+def _points(run: SimulationResult) -> Array:
+    return np.concatenate((np.asarray(run.scenario.reference)[:, :2], run.pose[:, :2]))
+
+
 def robot_scale(run: SimulationResult) -> float:
     """Return by how much the robot must be drawn larger, or smaller, to be seen well."""
-    points = np.concatenate((np.asarray(run.scenario.reference)[:, :2], run.pose[:, :2]))
-    extent = float(np.ptp(points, axis=0).max())
+    extent = float(np.ptp(_points(run), axis=0).max())
     width = run.scenario.robot.track_width
     if extent == 0:
         return 1.0
@@ -94,29 +98,28 @@ def path(run: SimulationResult, radius: float) -> Figure:
     """Draw the reference's and the robot's path; the page adds the robot at the slider's time."""
     outlines = _outlines(run, radius) if len(run) > 1 else ([], [])
     grey = {"color": "#8f9fb3", "width": 1}
-    marker = {"size": 9, "color": "#ffffff", "line": {"color": "#6b6b6b", "width": 2}}
+    points = _points(run)
+    low, high = points.min(axis=0) - 2 * radius, points.max(axis=0) + 2 * radius
+    ranges = [short(pair) for pair in zip(low, high, strict=True)]
+    edge = {"color": ROBOT["color"], "width": 1.5}
+    hidden = {"hoverinfo": "skip", "showlegend": False}
     traces = [
         line("@path_x", "@path_y", "reference", REFERENCE, hoverinfo="skip"),
-        line(*outlines, "every so often", grey, hoverinfo="skip", showlegend=False),
+        line(*outlines, "robot along the way", grey, **hidden),
         line("@x", "@y", "robot", ROBOT, text="@t", hovertemplate=_PATH_HOVER),
         {
-            **line([], [], "reference now", REFERENCE, hoverinfo="skip"),
+            **line([], [], "reference at the slider's time", REFERENCE, hoverinfo="skip"),
             "mode": "markers",
-            "marker": marker,
+            "marker": {"size": 9, "symbol": "diamond", "color": "#6b6b6b"},
         },
-        line(
-            *([], [], "robot now", {"color": ROBOT["color"], "width": 2}),
-            fill="toself",
-            fillcolor="rgba(233,138,43,0.55)",
-            hoverinfo="skip",
-            showlegend=False,
-        ),
+        line([], [], "body", edge, fill="toself", fillcolor=_BODY, **hidden),
+        line([], [], "wheels", edge, fill="toself", fillcolor=ROBOT["color"], **hidden),
     ]
     return figure(
         traces,
         560,
-        xaxis=axis("x [m]"),
-        yaxis=axis("y [m]", scaleanchor="x", scaleratio=1),
+        xaxis=axis("x [m]", range=ranges[0]),
+        yaxis=axis("y [m]", range=ranges[1], scaleanchor="x", scaleratio=1),
         hovermode="closest",
     )
 
@@ -132,7 +135,6 @@ def _end(run: SimulationResult) -> float:
 
 def torques(run: SimulationResult) -> Figure:
     """Draw each wheel's feedforward, feedback and limited total, and the limit."""
-    held = {"line_shape": "hv"}
     limit, end = float(run.scenario.torque_limit), _end(run)
     traces = []
     for i, side in enumerate(("left", "right")):
@@ -142,8 +144,8 @@ def torques(run: SimulationResult) -> Figure:
             (f"@tau_fb_{side}", "feedback", OTHER),
             (f"@tau_{side}", "total, limited", ROBOT),
         ):
-            shaped = {**stroke, "shape": held["line_shape"]}
-            traces.append(line("@t", column, name, shaped, legendgroup=name, **where))
+            held = {**stroke, "shape": "hv"}
+            traces.append(line("@t", column, name, held, legendgroup=name, **where))
         ends = short([limit, limit, np.nan, -limit, -limit], 12)
         traces.append(
             line(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite, log
+from math import log
 
 import numpy as np
 
@@ -42,11 +42,11 @@ def verdict_text(found: LoopStability) -> str:
 def _change(found: LoopStability) -> Row:
     """Return how long a deviation takes to halve, or to double."""
     duration = found.period * found.dt
-    word = "Halves" if found.log_radius < 0 else "Doubles"
-    if found.log_radius == 0 or not isfinite(found.log_radius):
-        return Row("Halves", "never" if found.log_radius == 0 else "at once", "")
-    time = duration * log(2) / abs(found.log_radius)
-    return Row(f"{word} in", f"{readable(time, 3)} s", "a small deviation, on average")
+    meaning = "a small deviation, on average"
+    if found.log_radius == 0:
+        return Row("Halves", "never", meaning)
+    time = readable(duration * log(2) / abs(found.log_radius), 3)
+    return Row("Halves in" if found.log_radius < 0 else "Doubles in", f"{time} s", meaning)
 
 
 def stability_rows(found: LoopStability) -> list[Row]:
