@@ -2,6 +2,7 @@
 (() => {
   const report = JSON.parse(document.getElementById("report-data").textContent);
   const playTime = 16; // of a whole run [s]
+  const frameTime = 40; // [ms]
   const printWidth = 680; // of a figure on A4 [px]
   const markStroke = { color: "#1d1f22", width: 1 };
   // Without a mouse a drag scrolls the page and the figures have no tools.
@@ -68,8 +69,7 @@
       .map(([name]) => find(name));
     const traces = scenario.figures.path.data.length;
     const moved = [traces - 3, traces - 2, traces - 1]; // reference, body, parts
-    let playing = null;
-    let waiting = false;
+    let playing = null; // timer
 
     const shown = [
       ["t", "t", "s"], ["x", "x", "m"], ["y", "y", "m"], ["θ", "theta", "rad"],
@@ -90,7 +90,6 @@
     });
 
     const show = () => {
-      waiting = false;
       const k = Number(slider.value);
       const at = (name) => columns[name][k];
       shown.forEach(([, name], i) => { values[i].textContent = number(at(name)); });
@@ -103,32 +102,24 @@
         Plotly.relayout(place, { shapes: [{ ...across, yref: "paper", y0: 0, y1: 1 }] });
       }
     };
-    const request = () => {
-      if (!waiting) {
-        waiting = true;
-        requestAnimationFrame(show);
-      }
-    };
     const stop = () => {
+      clearInterval(playing);
       playing = null;
       button.textContent = "Play";
     };
-    const frame = (time) => {
-      if (playing === null) return;
-      playing.start ??= time;
-      const k = playing.from + ((time - playing.start) / 1000 / playTime) * last;
-      slider.value = Math.min(last, Math.floor(k));
-      show();
-      if (k >= last) stop();
-      else requestAnimationFrame(frame);
-    };
-    slider.addEventListener("input", () => { stop(); request(); });
-    button.addEventListener("click", () => {
-      if (playing !== null) return stop();
-      playing = { from: Number(slider.value) >= last ? 0 : Number(slider.value), start: null };
+    const play = () => {
+      const from = Number(slider.value) >= last ? 0 : Number(slider.value);
+      const began = performance.now();
+      playing = setInterval(() => {
+        const k = from + ((performance.now() - began) / 1000 / playTime) * last;
+        slider.value = Math.min(last, Math.floor(k));
+        show();
+        if (k >= last) stop();
+      }, frameTime);
       button.textContent = "Pause";
-      requestAnimationFrame(frame);
-    });
+    };
+    slider.addEventListener("input", () => { stop(); show(); });
+    button.addEventListener("click", () => (playing === null ? play() : stop()));
     // The sample that is nearest to a time [s].
     const seek = (time) => {
       let k = 0;
