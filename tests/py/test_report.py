@@ -155,6 +155,22 @@ def test_references_and_limits_are_drawn(page, result):
     assert_allclose(numbers(lines["y", "reference"]), [trajectory.x, trajectory.y], **DIGITS)
 
 
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("limit", "beyond"), [(3.078, False), (300.0, True)])
+def test_a_limit_far_away_does_not_flatten_the_torques(limit, beyond, result):
+    scenario = result.scenario.replace(torque_limit=limit)
+    run = simulate(scenario, result.controller)
+    (shown,) = parsed(TuneResult({**result, "scenario": scenario})).data["scenarios"]
+    figure = shown["figures"]["torques"]
+    names = {trace["name"] for trace in figure["data"]}
+    assert (f"limit ±{limit:g} N m, beyond the scale" in names) == beyond
+    assert (f"limit ±{limit:g} N m" in names) != beyond
+    feedback = np.abs([run.columns[f"tau_fb_{side}"] for side in ("left", "right")]).max()
+    reaches = [figure["layout"][axis].get("range", [-9, 9])[1] for axis in ("yaxis", "yaxis2")]
+    assert min(reaches) > max(feedback, run.metrics["torque_peak"])
+    assert not beyond or max(reaches) < limit
+
+
 def test_the_path_has_equal_scales_and_outlines_of_the_robot(page, run):
     (scenario,) = page.data["scenarios"]
     layout = scenario["figures"]["path"]["layout"]
@@ -313,7 +329,7 @@ def test_each_scenario_has_a_section_and_what_cannot_be_said_is_said():
         assert_allclose(numbers(shown["columns"]["x"]), run.columns["x"], **DIGITS)
         if run.diverged_at is not None:
             assert f"diverges at {readable(run.diverged_at)} s" in page.text
-    assert "Other than the first: torque limit 0.9 N m, delay 1 samples." in page.text
+    assert "Other than the first: torque limit 0.9 N m, delay 1 sample." in page.text
     with pytest.raises(ValueError, match=r"stability\.loop") as refusal:
         stability.loop(scenarios[2], result.controller)
     assert f"There is no verdict. {refusal.value}." in page.text

@@ -76,6 +76,8 @@ def _stability(scenario: Scenario, controller: Controller) -> Stability:
         return Stability("no verdict", f"There is no verdict. {error}.", [])
     rows, text = stability_rows(found), verdict_text(found)
     stability = Stability(found.verdict.replace("_", " "), text, rows)
+    if found.verdict == "no_orbit":
+        return stability
     try:
         stability.figure = analysis_figures.multipliers(found)
     except ValueError as error:

@@ -33,6 +33,9 @@ _SMALLEST_ROBOT, _LARGEST_ROBOT = 0.065, 0.12  # its width as part of the path's
 
 _TIME_DIGITS = 9
 _BODY = "#f6d3a8"
+_TORQUES = ("tau_ref", "tau_fb", "tau")
+#: With all torques below this part of the limit, the limit lies beyond the figure's scale.
+_LEAST_OF_LIMIT = 0.3
 _LABELS = {"left": "left wheel torque [N m]", "right": "right wheel torque [N m]"}
 _RUN_COLUMNS = (
     *("t", "x_ref", "y_ref", "theta_ref", "x", "y", "theta", "v", "omega"),
@@ -136,6 +139,10 @@ def _end(run: SimulationResult) -> float:
 def torques(run: SimulationResult) -> Figure:
     """Draw each wheel's feedforward, feedback and limited total, and the limit."""
     limit, end = float(run.scenario.torque_limit), _end(run)
+    columns = [f"{name}_{side}" for name in _TORQUES for side in ("left", "right")]
+    peak = max(float(np.abs(run.columns[name]).max(initial=0)) for name in columns)
+    beyond = 0 < peak < _LEAST_OF_LIMIT * limit
+    limit_name = f"limit ±{limit:g} N m" + (", beyond the scale" if beyond else "")
     traces = []
     for i, side in enumerate(("left", "right")):
         where = {"yaxis": ("y", "y2")[i], "showlegend": i == 0}
@@ -150,14 +157,18 @@ def torques(run: SimulationResult) -> Figure:
         traces.append(
             line(
                 *(short([0, end, np.nan, 0, end], _TIME_DIGITS), ends),
-                f"limit ±{limit:g} N m",
+                limit_name,
                 LIMIT,
                 legendgroup="limit",
                 hoverinfo="skip",
                 **where,
             )
         )
-    return stacked(traces, (_LABELS["left"], _LABELS["right"]), end)
+    found = stacked(traces, (_LABELS["left"], _LABELS["right"]), end)
+    if beyond:
+        for name in ("yaxis", "yaxis2"):
+            found["layout"][name]["range"] = short([-1.1 * peak, 1.1 * peak])
+    return found
 
 
 def velocities(run: SimulationResult) -> Figure:

@@ -48,6 +48,8 @@ def value_text(key: str, value: Any, unit: str) -> str:
         return ", ".join(value_text("", one, units[i]) for i, one in enumerate(value))
     if word is None or isinstance(value, str) or value is None or isinstance(value, bool):
         return str(word)
+    if unit == "samples" and value == 1:
+        return "1 sample"
     return f"{readable(value, _DIGITS)} {unit}".rstrip()
 
 

@@ -29,13 +29,16 @@ _VERDICTS = {
 def verdict_text(found: LoopStability) -> str:
     """Return the verdict as a sentence or two."""
     text = _VERDICTS[found.verdict].format(radius=readable_power(found.log_radius))
-    if not found.agrees:
+    arrived = found.simulated.arrived
+    if found.verdict == "stable" and not arrived:
         text += (
-            " The simulation from the scenario's own start does otherwise, as a start outside "
-            "the basin of attraction does."
-            if found.verdict == "stable"
-            else " The simulation from the scenario's own start ends on it all the same."
+            " The simulation from the scenario's own start does otherwise, as a start outside the "
+            "basin of attraction does."
         )
+    elif found.verdict == "no_orbit" and arrived:
+        text += " It settles on a period that repeats."
+    elif found.verdict != "stable" and arrived:
+        text += " The simulation from the scenario's own start ends on it all the same."
     return text
 
 
