@@ -479,6 +479,17 @@ def test_the_command_refuses_places(source, target, words, path, tmp_path, monke
     assert os.listdir(tmp_path) == []
 
 
+def test_a_page_is_not_written_over_its_result(path, tmp_path, capsys):
+    source = tmp_path / "result.json"
+    shutil.copy(path.parent / "result.json", source)
+    (tmp_path / "link.html").symlink_to(source)
+    before = source.read_bytes()
+    for target in (source, tmp_path / "link.html"):
+        assert cli.main(["report", str(source), "-o", str(target)]) == 2
+        assert "is the result itself" in capsys.readouterr().err
+    assert source.read_bytes() == before
+
+
 @pytest.mark.usefixtures("plain")
 def test_a_failed_write_leaves_the_old_page(path, tmp_path, monkeypatch, capsys):
     target = tmp_path / "report.html"

@@ -31,13 +31,14 @@ def report(result: TuneResult | str | PathLike[str], path: str | PathLike[str]) 
     Raises
     ------
     ValueError
-        If `result` is no tuning result, or a file of another kind or version.
+        If `result` is no tuning result, or a file of another kind or version, or is `path` itself.
     OSError
         If a file cannot be read or written.
     ImportError
         If Jinja2 or Plotly is not installed.
     """
     from nfopidn._report.page import page, write_page
-    from nfopidn._report.source import read
+    from nfopidn._report.source import read, refuse_same_file
 
+    refuse_same_file(result, path)
     return write_page(path, page(read(result)))

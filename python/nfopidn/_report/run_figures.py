@@ -25,7 +25,7 @@ from nfopidn._report.strokes import (
 Array = NDArray[np.float64]
 
 #: Rows of the run tables that all scenarios of a page share, and the least of each.
-_MOST_ROWS = 6000
+_MOST_ROWS = 3500
 _FEWEST_ROWS = 300
 _OUTLINES = 14  # of the robot along its path
 _CIRCLE = 24  # points of an outline

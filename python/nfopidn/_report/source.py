@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from numbers import Real
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,21 @@ def read(result: TuneResult | str | PathLike[str]) -> TuneResult:
         raise ValueError(f"{result}: not a tuning result: nested too deeply") from None
     _check(found, f"{result}: not a tuning result")
     return found
+
+
+def refuse_same_file(result: object, path: str | PathLike[str]) -> None:
+    """Refuse to write a page over the result that it is made of.
+
+    Raises
+    ------
+    ValueError
+        If both are one file.
+    """
+    if not isinstance(result, str | PathLike):
+        return
+    source, target = Path(result), Path(path)
+    if source.exists() and target.exists() and source.samefile(target):
+        raise ValueError(f"{target}: is the result itself; name another file for the page")
 
 
 def _check(result: Mapping[str, Any], where: str) -> None:
