@@ -247,6 +247,18 @@ def test_the_basin_is_that_of_the_library(result):
     sides = [np.diff(found.converged.astype(int), axis=axis) for axis in (0, 1)]
     edge = lines["0.3 m from the path"]
     assert edge["x"].count(None) == sum(np.count_nonzero(side) for side in sides)
+    cell = found.x[1] - found.x[0]
+    ends = np.array([edge["x"], edge["y"]], dtype=float).T.reshape(-1, 3, 2)[:, :2]
+    for start, end in ends:  # between a start that converges and one that does not
+        across = (end - start)[::-1] / 2
+        assert_allclose(np.hypot(*across), cell / 2, rtol=1e-4)
+        columns, rows = (
+            np.abs(axis - at[:, None]).argmin(axis=1)
+            for axis, at in zip(
+                (found.x, found.y), ((start + end) / 2 + [across, -across]).T, strict=True
+            )
+        )
+        assert np.unique(found.converged[rows, columns]).size == 2
     assert f"{found.share:.1%} end within 0.3 m" in page.text
 
 
