@@ -324,6 +324,23 @@ def test_free_taps_have_a_table():
 
 
 @pytest.mark.usefixtures("plain")
+def test_a_rival_has_a_table_and_no_analysis():
+    scenario = Scenario.published(period=30, rng=0)
+    result = tune(scenario, structure="samson", rng=1, maxfev=100)
+    page = parsed(result)
+    for name, value in result.controller.parameters.items():
+        assert f"{name} {readable(value, 6)} " in page.text
+    assert "Law samson" in page.text
+    assert "NFOPIDN controllers alone, not of samson." in page.text
+    assert sorted(page.data["scenarios"][0]["figures"]) == [
+        *["errors", "path", "torques", "velocities"]
+    ]
+    run = simulate(scenario, result.controller)
+    assert_allclose(numbers(page.data["scenarios"][0]["columns"]["x"]), run.columns["x"], **DIGITS)
+    assert not any(attributes.get("id") == "basin-1" for _, attributes in page.elements)
+
+
+@pytest.mark.usefixtures("plain")
 def test_each_scenario_has_a_section_and_what_cannot_be_said_is_said():
     x = np.linspace(0, 6, 60)
     scenarios = [

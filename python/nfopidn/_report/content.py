@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nfopidn._core import Controller, Scenario, SimulationResult, simulate
+from nfopidn._core import Controller, Rival, Scenario, SimulationResult, simulate
 from nfopidn._report import analysis_figures, run_figures
+from nfopidn._report.law import Law, law_of
 from nfopidn._report.numbers import Short, readable
 from nfopidn._report.settings import (
     Row,
-    controller_rows,
     differences,
     metric_rows,
     scenario_groups,
@@ -23,7 +23,6 @@ from nfopidn._report.verdict import basin_of, basin_text, stability_rows, verdic
 from nfopidn._tuning import TuneResult
 from nfopidn.stability import loop
 
-_LONGEST_TAPS = 64  # rows of the table
 _LONGEST_DOCUMENT = 20_000  # characters
 _SAME_COST = 1e-6  # relative
 
@@ -69,7 +68,10 @@ class Section:
         return f"{readable(self.run.metrics[key])} {unit}".rstrip()
 
 
-def _stability(scenario: Scenario, controller: Controller) -> Stability:
+def _stability(scenario: Scenario, controller: Controller | Rival) -> Stability:
+    if isinstance(controller, Rival):
+        text = f"The library analyses loops of NFOPIDN controllers alone, not of {controller.law}."
+        return Stability("not analysed", text, [])
     try:
         found = loop(scenario, controller)
     except ValueError as error:
@@ -100,19 +102,23 @@ def _document(text: str) -> str:
 
 def section(scenario: Scenario, result: TuneResult, first: Scenario, count: int) -> Section:
     """Simulate a scenario and find out all that the page says of it."""
-    controller: Controller = result.controller
+    controller: Controller | Rival = result.controller
     run = simulate(scenario, controller)
     step = run_figures.row_step(len(scenario.trajectory), count)
     scale = run_figures.robot_scale(run)
     radius = 0.5 * scale * scenario.robot.track_width
-    stability, attraction = _stability(scenario, controller), basin_of(scenario, controller)
+    stability = _stability(scenario, controller)
     figures = {
         "path": run_figures.path(run, radius),
         "torques": run_figures.torques(run),
         "velocities": run_figures.velocities(run),
         "errors": run_figures.errors(run),
-        "basin": analysis_figures.basin(attraction),
     }
+    basin, basin_share = "", "not analysed"
+    if not isinstance(controller, Rival):
+        found = basin_of(scenario, controller)
+        basin, basin_share = basin_text(found), f"{found.share:.0%}"
+        figures["basin"] = analysis_figures.basin(found)
     if stability.figure is not None:
         figures["multipliers"] = stability.figure
     return Section(
@@ -122,8 +128,8 @@ def section(scenario: Scenario, result: TuneResult, first: Scenario, count: int)
         run=run,
         metrics=metric_rows(run),
         stability=stability,
-        basin=basin_text(attraction),
-        basin_share=f"{attraction.share:.0%}",
+        basin=basin,
+        basin_share=basin_share,
         columns=run_figures.columns(run, step),
         row_step=step,
         robot_radius=radius,
@@ -146,25 +152,6 @@ def _note(
         f"The search reported E = {readable(result.fun, 7)}; the controller gives "
         f"{readable(run.cost, 7)} here."
     )
-
-
-def gains_table(controller: Controller) -> list[tuple[str, list[str]]]:
-    """Return a row for each channel: gains, then orders; empty for free taps."""
-    gains, alpha, sigma = controller.gains, controller.alpha, controller.sigma
-    if gains is None or alpha is None or sigma is None:
-        return []
-    rows = []
-    for i, channel in enumerate(("x, forward", "y, lateral", "θ, heading")):
-        orders = [one if isinstance(one, int | float) else one[i] for one in (alpha, sigma)]
-        rows.append((channel, [readable(value, 6) for value in (*gains[i], *orders)]))
-    return rows
-
-
-def taps_table(controller: Controller) -> tuple[list[list[str]], int]:
-    """Return rows of taps, newest sample first, and how many more there are."""
-    taps = controller.taps.T
-    rows = [[readable(value, 6) for value in row] for row in taps[:_LONGEST_TAPS]]
-    return rows, max(0, len(taps) - _LONGEST_TAPS)
 
 
 def search_rows(result: TuneResult) -> list[Row]:
@@ -196,9 +183,7 @@ class Page:
     result: TuneResult
     sections: Sequence[Section]
     convergence: Figure
-    controller_rows: list[Row]
-    gains: list[tuple[str, list[str]]]
-    taps: tuple[list[list[str]], int]
+    law: Law
     search: list[Row]
     controller_document: str
 
@@ -228,15 +213,11 @@ class Page:
 def gather(result: TuneResult) -> Page:
     """Find out all that a page says of a tuning result."""
     scenarios = result.scenario if isinstance(result.scenario, list) else [result.scenario]
-    controller: Controller = result.controller
-    gains = gains_table(controller)
     return Page(
         result=result,
         sections=[section(one, result, scenarios[0], len(scenarios)) for one in scenarios],
         convergence=analysis_figures.convergence(result.history),
-        controller_rows=controller_rows(controller),
-        gains=gains,
-        taps=([], 0) if gains else taps_table(controller),
+        law=law_of(result.controller),
         search=search_rows(result),
-        controller_document=_document(controller.to_json()),
+        controller_document=_document(result.controller.to_json()),
     )

@@ -58,13 +58,10 @@ def taps_table(controller: Controller) -> tuple[list[list[str]], int]:
 
 
 def _rival_parameters(rival: Rival) -> list[Row]:
-    units = {"^2": "²", "^3": "³"}
     rows = []
     for name, unit, _, _, meaning in Rival.describe(rival.law):
-        for plain, raised in units.items():
-            unit = unit.replace(plain, raised)
-        value = f"{readable(rival.parameters[name], 6)} {unit}".rstrip()
-        rows.append(Row(name, value, meaning))
+        value = f"{readable(rival.parameters[name], 6)} {unit.replace('^2', '²')}"
+        rows.append(Row(name, value.rstrip(), meaning))
     return rows
 
 

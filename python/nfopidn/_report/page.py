@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 
 from nfopidn._core import __version__
-from nfopidn._export.design import write
+from nfopidn._files import replace_file
 from nfopidn._report.content import gather
 from nfopidn._report.numbers import readable, script_json
 from nfopidn._tuning import TuneResult
@@ -62,4 +62,5 @@ def write_page(path: str | PathLike[str], text: str) -> Path:
         raise OSError(f"{target}: is no regular file; name one to write the page to")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"{target}: No such directory: {target.parent}")
-    return write(target.parent, {target.name: text})[0]
+    replace_file(target, text)
+    return target

@@ -6,12 +6,10 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from nfopidn._core import Controller, Scenario, SimulationResult
-from nfopidn._export.design import DECOUPLED, PAPER
+from nfopidn._core import Scenario, SimulationResult
 from nfopidn._report.numbers import readable
-from nfopidn._report.words import CHOICES, CONTROLLER, METRICS, SCENARIO, Words
+from nfopidn._report.words import CHOICES, METRICS, SCENARIO, Words
 
-_ALLOCATIONS = {"paper": PAPER, "decoupled": DECOUPLED}
 _DIGITS = 10  # of a setting, which is to be read as it was given
 _LONGEST_LIST = 3
 
@@ -61,41 +59,16 @@ def scenario_groups(scenario: Scenario) -> dict[str, list[Row]]:
     if values["trajectory.name"] != "ranunculoid":
         values.pop("trajectory.cusps", None)
     groups = {
-        group: [_row(key, values.pop(key), words[key]) for key in words if key in values]
+        group: [setting_row(key, values.pop(key), words[key]) for key in words if key in values]
         for group, words in SCENARIO.items()
     }
-    groups["Run"] += [_row(key, value, Words(key, "", "")) for key, value in values.items()]
+    groups["Run"] += [setting_row(key, value, Words(key, "", "")) for key, value in values.items()]
     return groups
 
 
-def _row(key: str, value: Any, words: Words) -> Row:
+def setting_row(key: str, value: Any, words: Words) -> Row:
+    """Return the line of one setting."""
     return Row(words.label, value_text(key, value, words.unit), words.meaning)
-
-
-def controller_rows(controller: Controller) -> list[Row]:
-    """Return the settings of a controller other than gains, orders and taps."""
-    document = json.loads(controller.to_json())
-    left_out = {"format", "version", "gains", "alpha", "sigma", "taps", "allocation"}
-    if controller.lateral != "speed":
-        left_out.add("speed_scale")
-    rows = [
-        _row(key, value, CONTROLLER.get(key, Words(key, "", "")))
-        for key, value in document.items()
-        if key not in left_out
-    ]
-    return [*rows, _allocation(controller)]
-
-
-def _allocation(controller: Controller) -> Row:
-    given = controller.allocation
-    matrix = _ALLOCATIONS[given] if isinstance(given, str) else given.tolist()
-    wheels = [
-        f"{side} [{', '.join(readable(share) for share in row)}]"
-        for side, row in zip(("left", "right"), matrix, strict=True)
-    ]
-    name = f"{given}: " if isinstance(given, str) else ""
-    words = CONTROLLER["allocation"]
-    return Row(words.label, f"{name}{', '.join(wheels)} of x, y, θ", words.meaning)
 
 
 def metric_rows(run: SimulationResult) -> list[Row]:

@@ -67,6 +67,16 @@ CONTROLLER: Mapping[str, Words] = {
     "speed_scale": Words("Speed scale", "m/s", "divisor of the speed in the lateral error"),
 }
 
+RIVAL: Mapping[str, Words] = {
+    "law": Words("Law", "", ""),
+    "speeds": Words("Speeds", "", "that the law is given"),
+    **{
+        key.removeprefix("robot."): Words(words.label, words.unit, "that the law reckons with")
+        for key, words in SCENARIO["Robot"].items()
+        if key.startswith("robot.")
+    },
+}
+
 METRICS: Mapping[str, Words] = {
     "cost": Words("Cost E", "", "mean square of pose and torque errors (eq. 41)"),
     "pose_mse": Words("Pose error, mean square", "", "m² and rad² added"),
