@@ -14,6 +14,7 @@ from nfopidn._core import (
 )
 from nfopidn._export import export_c, export_cpp
 from nfopidn._parameters import default_bounds
+from nfopidn._report import report
 from nfopidn._search import Forager, OptimizeResult, bfoa
 from nfopidn._tuning import Objective, TuneResult, tune
 
@@ -37,6 +38,7 @@ __all__ = [
     "export_cpp",
     "fractional",
     "plot",
+    "report",
     "scenario_suite",
     "simulate",
     "stability",

@@ -11,6 +11,7 @@ from typing import Any
 import nfopidn
 from nfopidn._compare.command import add_compare
 from nfopidn._files import check_picture, load_controller
+from nfopidn._report.command import add_report
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -190,6 +191,7 @@ def main(words: Sequence[str] | None = None) -> int:
     _add_tune(commands)
     _add_export(commands)
     add_compare(commands)
+    add_report(commands)
     arguments = parser.parse_args(words)
     try:
         return int(arguments.run(arguments))
