@@ -48,6 +48,25 @@ def _controllers(
     return {**loaded, **tuned}
 
 
+def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | None]:
+    """Find the best open-loop costs; of a scenario that has no smooth form there is none."""
+    from nfopidn.study import open_loop_optimum
+
+    optima: dict[str, float | None] = {}
+    for name, scenario in scenarios.items():
+        try:
+            found = open_loop_optimum(scenario, progress=tell and sys.stderr.isatty())
+        except ValueError as error:
+            found = None
+            message = str(error)
+        else:
+            message = found.message
+        optima[name] = found.cost if found else None
+        if tell and optima[name] is None:
+            print(f"{name}: no optimum: {message}", file=sys.stderr)
+    return optima
+
+
 def _compare(arguments: argparse.Namespace) -> int:
     check_picture(arguments.plot)
     scenarios = _scenarios(arguments.scenarios)
@@ -65,6 +84,8 @@ def _compare(arguments: argparse.Namespace) -> int:
             workers=arguments.workers,
             progress=not arguments.quiet and sys.stderr.isatty(),
         )
+    if arguments.optimum:
+        result = result.with_optima(_optima(scenarios, not arguments.quiet))
     texts = [result.to_markdown(metric) for metric in arguments.metric]
     texts += [result.details(name) for name in result.scenarios if arguments.details]
     if arguments.csv:
@@ -113,6 +134,7 @@ def add_compare(commands: Any) -> None:
     add("--maxfev", type=int, default=10_000, help="evaluations of a search (%(default)s)")
     add("--workers", type=int, default=1, help="threads (%(default)s)")
     add("--metric", nargs="+", default=["cost"], choices=list(METRICS), help="(cost)")
+    add("--optimum", action="store_true", help="also multiples of the best open loop (CasADi)")
     add("--details", action="store_true", help="every metric of each scenario")
     add("--csv", metavar="FILE", help="write every figure")
     add("--markdown", metavar="FILE", help="write the tables")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -90,6 +90,8 @@ class Comparison:
     values: dict[str, Array]
     draws: NDArray[np.int64]  # as values: which runs of a pair are one and the same
     first_runs: dict[tuple[str, str], SimulationResult]
+    #: The best open-loop cost known of a scenario; None: none was found.
+    optima: dict[str, float | None] = field(default_factory=dict)
 
     def median(self, metric: str = "cost") -> Array:
         """Give a metric's medians over the runs, (controllers, scenarios)."""
@@ -109,6 +111,7 @@ class Comparison:
             },
             np.concatenate([part.draws for part in parts], axis=1),
             {pair: run for part in parts for pair, run in part.first_runs.items()},
+            {name: cost for part in parts for name, cost in part.optima.items()},
         )
 
     def ranking(self, scenario: str) -> Ranking:
@@ -119,6 +122,22 @@ class Comparison:
         place = self.scenarios.index(scenario)
         costs, draws = self.values["cost"][:, place], self.draws[:, place]
         return rank(list(self.controllers), costs, draws)
+
+    def with_optima(self, optima: Mapping[str, float | None]) -> Comparison:
+        """Give the same with costs of study.open_loop_optimum(); tables then tell multiples.
+
+        Raises
+        ------
+        ValueError
+            A scenario that is not compared on, a cost that is not positive.
+        """
+        for name, cost in optima.items():
+            if name not in self.scenarios:
+                known = ", ".join(self.scenarios)
+                raise ValueError(f"optima names {name!r}; must be one of {known}")
+            if cost is not None and not (np.isfinite(cost) and cost > 0):
+                raise ValueError(f"optima[{name!r}] is {cost}; must be greater than 0, or None")
+        return replace(self, optima={**self.optima, **optima})
 
     def to_markdown(self, metric: str = "cost") -> str:
         """Give a table of medians, a row a controller and a column a scenario."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 import sys
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -14,6 +15,10 @@ from nfopidn._files import replace_file
 
 if TYPE_CHECKING:
     from nfopidn._compare.comparison import Comparison
+
+
+#: The row of optima: what no controller is known to beat.
+BEST_KNOWN = "best open loop found"
 
 
 def number(value: float) -> str:
@@ -29,6 +34,10 @@ def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
     diverged = comparison.values["diverged"].mean(axis=2)
     level = {scenario: comparison.ranking(scenario).level() for scenario in comparison.scenarios}
     rows = []
+    optima = comparison.optima if metric == "cost" else {}
+    if optima:
+        known = [optima.get(scenario) for scenario in comparison.scenarios]
+        rows.append([BEST_KNOWN, *("-" if cost is None else number(cost) for cost in known)])
     for i, name in enumerate(comparison.controllers):
         cells = [name]
         for j, scenario in enumerate(comparison.scenarios):
@@ -39,6 +48,9 @@ def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
                 text += f" ({diverged[i, j]:.0%} diverge)"
             elif metric == "cost" and name in level[scenario] and _tested(comparison):
                 text = f"**{text}**"
+            best = optima.get(scenario)
+            if best is not None and diverged[i, j] == 0:
+                text += f" = {medians[i, j] / best:.3g} x"
             cells.append(text)
         rows.append(cells)
     return rows
@@ -102,5 +114,5 @@ def print_table(comparison: Comparison, metric: str) -> None:
         return
     table = Table(metric, *comparison.scenarios)
     for row in _cells(comparison, metric):
-        table.add_row(*[f"[bold]{cell[2:-2]}[/]" if cell[:2] == "**" else cell for cell in row])
+        table.add_row(*[re.sub(r"\*\*(.*)\*\*", r"[bold]\1[/]", cell) for cell in row])
     Console().print(table)
