@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import fractional, plot, stability
+from nfopidn import fractional, plot, stability, study
 from nfopidn._core import (
     Controller,
     Robot,
@@ -33,5 +33,6 @@ __all__ = [
     "plot",
     "simulate",
     "stability",
+    "study",
     "tune",
 ]
