@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import nfopidn
+from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -197,6 +198,7 @@ def main(words: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_tune(commands)
     _add_export(commands)
+    add_study(commands)
     arguments = parser.parse_args(words)
     try:
         return int(arguments.run(arguments))
