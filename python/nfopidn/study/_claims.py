@@ -119,7 +119,7 @@ def steady_state(cases: Cases, folder: Folder) -> None:
         ("feedforward and feedback", {}, published),
         ("feedback alone", {"feedforward": False}, published),
         ("both, held back by 1 N", {"disturbance": (-1.0, 0.0)}, published),
-        ("both, viscous friction 0.01 N m s", {"viscous_friction": 0.01}, published),
+        ("both, viscous friction 0.01 N m s/rad", {"viscous_friction": 0.01}, published),
     ):
         settings: dict[str, Any] = changes
         run = simulate(scenario.replace(**settings), controller)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from matplotlib.figure import Figure
 
 from nfopidn import plot
 from nfopidn._core import Controller, Scenario, simulate
 from nfopidn.study._cases import RUN_DIGITS, RUN_UNITS, Cases, InterruptedSearchError
 from nfopidn.study._files import Cell, Folder
-from nfopidn.study._optimum import OpenLoopOptimum, open_loop_optimum
-
-RUN_DIGITS = 10
+from nfopidn.study._optimum import open_loop_optimum
 
 
 def _scenarios() -> dict[str, Scenario]:
@@ -23,11 +23,11 @@ def _scenarios() -> dict[str, Scenario]:
     }
 
 
-def _draw(found: OpenLoopOptimum) -> Figure:
+def _draw(found: Any) -> Figure:
     figure = Figure(figsize=(9.6, 4.4), layout="constrained")
-    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.15))
-    plot.path(found, ax=left.subplots())
-    torque, *speeds = right.subplots(3, 1, sharex=True)
+    halves = figure.add_gridspec(1, 2, width_ratios=(1, 1.15))
+    plot.path(found, ax=figure.add_subplot(halves[0]))
+    torque, *speeds = halves[1].subgridspec(3, 1).subplots(sharex=True)
     plot.total_torque(found, ax=torque)
     torque.set_xlabel("")
     plot.velocities(found, axes=speeds)

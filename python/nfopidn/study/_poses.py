@@ -20,6 +20,18 @@ _NEAR = 0.05  # [m]: a run has settled when its position error stays below
 _SHOWN = 30.0  # [s] of each path
 _PAPER = "paper"
 
+_POINT: style.Stroke = {"linestyle": "none", "zorder": 3.0, "clip_on": False}
+_OUTCOMES: dict[str, style.Stroke] = {
+    "settles": {**_POINT, "marker": "o", "color": style.ROBOT["color"]},
+    "never settles": {
+        **_POINT,
+        "marker": "^",
+        "color": style.ROBOT["color"],
+        "markerfacecolor": "white",
+    },
+    "diverges": {**_POINT, "marker": "x", "color": style.DIVERGENCE["color"]},
+}
+
 Pose = tuple[float, float, float]
 
 
@@ -102,20 +114,11 @@ def _draw_shares(ax: Axes, rows: list[dict[str, Cell]], end: float) -> None:
     places = np.arange(len(rows))
     shares = [float(row["share_of_samples_beyond"] or 0) * end for row in rows]
     ax.bar(places, shares, color="0.8", width=0.7, label=f"time beyond {_NEAR:g} m")
-    settled = [(k, row["settled_at"]) for k, row in enumerate(rows) if row["outcome"] == "settles"]
-    never = [k for k, row in enumerate(rows) if row["outcome"] == "never settles"]
-    diverged = [k for k, row in enumerate(rows) if row["outcome"] == "diverges"]
-    points: dict[str, Any] = {"linestyle": "none", "zorder": 3.0, "clip_on": False}
-    blue, red = style.ROBOT["color"], style.DIVERGENCE["color"]
-    if settled:
-        ax.plot(*zip(*settled, strict=True), "o", color=blue, label="settled at", **points)
-    for at, marker, colour, label in (
-        (never, "^", blue, "never"),
-        (diverged, "x", red, "diverges"),
-    ):
+    for outcome, stroke in _OUTCOMES.items():
+        at = [k for k, row in enumerate(rows) if row["outcome"] == outcome]
+        times = [end if rows[k]["settled_at"] is None else rows[k]["settled_at"] for k in at]
         if at:
-            white = {"markerfacecolor": "white"}
-            ax.plot(at, [end] * len(at), marker, color=colour, label=label, **white, **points)
+            ax.plot(at, times, label=outcome, **stroke)
     style.finish(ax, "direction of the start from the path's [degree]", "time [s]")
     ax.set_xticks(places, [str(row["direction"]) for row in rows], rotation=60)
     ax.set_ylim(0, end)

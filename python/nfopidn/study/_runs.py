@@ -17,7 +17,6 @@ from nfopidn.plot import style
 from nfopidn.study._cases import RUN_DIGITS, RUN_UNITS, TITLES, Cases
 from nfopidn.study._files import Folder
 
-RUN_DIGITS = 10
 _CHANNELS = ("x", "y", "theta")
 
 #: Number of the paper's figure, our function, rows of panels, height [inch], what it shows.
