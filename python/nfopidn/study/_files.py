@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_DOTS_PER_INCH = 110
+_DOTS_PER_INCH = 100
 #: What would differ from one run of the study to the next.
 _SAME_EACH_TIME: dict[str, dict[str, Any]] = {
     "png": {"Software": None},

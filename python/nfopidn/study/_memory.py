@@ -84,6 +84,7 @@ def _write(folder: Folder, published: Array, table: Array, summary: dict[str, Ar
 def _finish(ax: Axes, ylabel: str, title: str) -> None:
     style.finish(ax, "memory M [samples]", ylabel)
     ax.set_xticks(list(MEMORIES))
+    ax.set_xlim(MEMORIES[0] - 0.6, MEMORIES[-1] + 0.6)
     style.legend_above(ax, ncols=3)
     ax.set_title(title, loc="left", pad=18, fontsize=style.LABEL_SIZE, fontweight="bold")
 
@@ -95,13 +96,15 @@ def _cost_figure(published: Array, table: Array, summary: dict[str, Array]) -> F
     best = int(np.argmin(published))
     for k, value in enumerate(published):
         fixed.annotate(
-            f"{value:.4f}",
+            f"{value:.5f}",
             (MEMORIES[k], value),
-            xytext=(0, 6),
+            xytext=(0, 7),
             textcoords="offset points",
             ha="center",
             fontsize=style.TICK_SIZE - 1,
             fontweight="bold" if k == best else "normal",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5},
+            zorder=4,
         )
     fixed.set_ylim(0, 1.1 * published.max())
     _finish(fixed, "cost E", "published gains held fixed")
@@ -110,7 +113,7 @@ def _cost_figure(published: Array, table: Array, summary: dict[str, Array]) -> F
     anew.errorbar(
         MEMORIES, summary["median"], spread, capsize=3, label="median and quartiles", **_MEDIAN
     )
-    anew.set_ylim(bottom=0)
+    _mark_beyond(anew, table[:, :, 0], float(summary["upper_quartile"].max()))
     _finish(anew, "cost E", f"tuned anew for each M, {table.shape[1]} seeds")
     return figure
 
@@ -118,6 +121,24 @@ def _cost_figure(published: Array, table: Array, summary: dict[str, Array]) -> F
 def _dots(ax: Axes, values: Array) -> None:
     memories = np.repeat(MEMORIES, values.shape[1])
     ax.plot(memories, values.ravel(), label="each seed", **_SEED_DOTS)
+
+
+def _mark_beyond(ax: Axes, costs: Array, upper: float) -> None:
+    """End the axis at 1.2 times the largest upper quartile, and name the costs beyond."""
+    top = max(1.2 * upper, float(costs.min()) * 1.01)
+    for memory, row in zip(MEMORIES, costs, strict=True):
+        beyond = row[row > top]
+        if beyond.size:
+            ax.annotate(
+                "↑ " + ", ".join(f"{value:.3f}" for value in np.sort(beyond)),
+                (memory, top),
+                xytext=(0, -2),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=style.TICK_SIZE - 1,
+            )
+    ax.set_ylim(0.97 * costs.min(), top)
 
 
 def _order_figure(table: Array, summary: dict[str, Array]) -> Figure:

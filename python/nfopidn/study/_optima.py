@@ -27,7 +27,7 @@ def _draw(found: Any) -> Figure:
     figure = Figure(figsize=(9.6, 4.4), layout="constrained")
     halves = figure.add_gridspec(1, 2, width_ratios=(1, 1.15))
     plot.path(found, ax=figure.add_subplot(halves[0]))
-    torque, *speeds = halves[1].subgridspec(3, 1).subplots(sharex=True)
+    torque, *speeds = halves[1].subgridspec(3, 1).subplots(sharex=True, squeeze=False).flat
     plot.total_torque(found, ax=torque)
     torque.set_xlabel("")
     plot.velocities(found, axes=speeds)

@@ -19,8 +19,10 @@ _AWAY = 0.5  # [m] from the reference's start
 _NEAR = 0.05  # [m]: a run has settled when its position error stays below
 _SHOWN = 30.0  # [s] of each path
 _PAPER = "paper"
+_PAPER_COLOUR = style.RIGHT["color"]
+_ABOVE = 1.06  # of the figure's last time, where those are marked that never settle
 
-_POINT: style.Stroke = {"linestyle": "none", "zorder": 3.0, "clip_on": False}
+_POINT: style.Stroke = {"linestyle": "none", "zorder": 3.0}
 _OUTCOMES: dict[str, style.Stroke] = {
     "settles": {**_POINT, "marker": "o", "color": style.ROBOT["color"]},
     "never settles": {
@@ -90,16 +92,20 @@ def _row(gains: str, name: str, run: SimulationResult) -> dict[str, Cell]:
     }
 
 
+def _colour(k: int) -> tuple[float, float, float, float]:
+    """Return the colour of a direction, of a luminance of its own."""
+    return mpl.colormaps["viridis"](0.88 * k / (_POSES - 1))
+
+
 def _draw_paths(ax: Axes, runs: dict[str, SimulationResult]) -> None:
     """Draw the first seconds of each run, coloured by its direction, and its start."""
     reference = next(iter(runs.values())).scenario.reference
     shown = round(_SHOWN / next(iter(runs.values())).scenario.trajectory.dt)
     line: dict[str, Any] = {**style.REFERENCE, "label": "reference"}
     ax.plot(*reference[:shown, :2].T, **line)
-    colours = mpl.colormaps["twilight"]
     for k, (name, run) in enumerate(runs.items()):
-        x, y = run.pose[:shown, 0], run.pose[:shown, 1]
-        stroke: dict[str, Any] = {"linewidth": 0.9, "color": colours(0.08 + 0.84 * k / _POSES)}
+        x, y = run.pose[:shown:2, :2].T
+        stroke: dict[str, Any] = {"linewidth": 0.9, "color": _colour(k)}
         if name == _PAPER:
             stroke = {**style.RIGHT, "linewidth": 1.6, "label": "the paper's start"}
         ax.plot(x, y, **{"zorder": 3.0, **stroke})
@@ -113,15 +119,20 @@ def _draw_shares(ax: Axes, rows: list[dict[str, Cell]], end: float) -> None:
     """Draw how long each run is beyond, and when it settles, if it does."""
     places = np.arange(len(rows))
     shares = [float(row["share_of_samples_beyond"] or 0) * end for row in rows]
-    ax.bar(places, shares, color="0.8", width=0.7, label=f"time beyond {_NEAR:g} m")
+    colours = [
+        _colour(k) if row["direction"] != _PAPER else _PAPER_COLOUR for k, row in enumerate(rows)
+    ]
+    ax.bar(places, shares, color=colours, alpha=0.6, width=0.7, label=f"time beyond {_NEAR:g} m")
     for outcome, stroke in _OUTCOMES.items():
         at = [k for k, row in enumerate(rows) if row["outcome"] == outcome]
-        times = [end if rows[k]["settled_at"] is None else rows[k]["settled_at"] for k in at]
+        times: Any = [
+            _ABOVE * end if rows[k]["settled_at"] is None else rows[k]["settled_at"] for k in at
+        ]
         if at:
             ax.plot(at, times, label=outcome, **stroke)
     style.finish(ax, "direction of the start from the path's [degree]", "time [s]")
     ax.set_xticks(places, [str(row["direction"]) for row in rows], rotation=60)
-    ax.set_ylim(0, end)
+    ax.set_ylim(0, 1.12 * end)
     style.legend_above(ax)
 
 
