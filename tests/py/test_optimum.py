@@ -10,7 +10,7 @@ from nfopidn import Controller, Robot, Scenario, Trajectory, plot, simulate
 from nfopidn.study import _optimum, _transcription, open_loop_optimum
 from nfopidn.study._guesses import other_turns
 from nfopidn.study._motion import branches, columns, replay
-from scipy.optimize import least_squares
+from scipy.optimize import minimize
 
 NAMES = ("x", "y", "theta", "v", "omega")
 
@@ -66,24 +66,27 @@ def cost(scenario, torque):
     return np.mean(np.sum(error**2, axis=1))
 
 
-def least_squares_optimum(scenario):
-    """Eq. 41's minimum by SciPy, over the torques alone."""
+def scipy_optimum(scenario):
+    """Eq. 41's minimum by L-BFGS-B over the torques alone, with derivatives by complex steps."""
     count = len(scenario.reference)
+    steps = 1e-30j * np.eye(2 * count)
 
-    def value(x):
-        return residuals(scenario, x.reshape(count, 2)).ravel()
-
-    def jacobian(x):
-        steps = x[:, None] + 1e-30j * np.eye(2 * count)
-        error = residuals(scenario, steps.reshape(count, 2, 2 * count))
-        return np.imag(error).reshape(5 * count, 2 * count) / 1e-30
+    def value_and_gradient(x):
+        error = residuals(scenario, (x[:, None] + steps).reshape(count, 2, 2 * count))
+        real = error.real[:, :, :1]
+        gradient = 2 * np.sum(real * error.imag / 1e-30, axis=(0, 1))
+        return np.sum(real**2) / count, gradient / count
 
     limit = scenario.torque_limit
-    first = np.clip(scenario.reference[:, 5:7].ravel(), -0.9 * limit, 0.9 * limit)
-    found = least_squares(
-        value, first, jac=jacobian, bounds=(-limit, limit), xtol=1e-9, ftol=1e-12, gtol=1e-9
+    found = minimize(
+        value_and_gradient,
+        np.clip(scenario.reference[:, 5:7].ravel(), -limit, limit),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(-limit, limit)] * (2 * count),
+        options={"ftol": 1e-15, "gtol": 1e-9, "maxiter": 3000, "maxfun": 3000, "maxcor": 40},
     )
-    return 2 * found.cost / count, found.x.reshape(count, 2)
+    return found.fun, found.x.reshape(count, 2)
 
 
 def short(**changes):
@@ -108,13 +111,13 @@ HARD = {
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"torque_limit": 0.4}, {"disturbance": (1.0, -0.2)}, HARD],
-    ids=["plain", "limited", "disturbed", "hard"],
+    [{"torque_limit": 0.8, "disturbance": (1.0, -0.2)}, HARD],
+    ids=["limited", "hard"],
 )
 def test_it_is_the_minimum_that_scipy_finds(changes):
     scenario = short(**changes)
     found = open_loop_optimum(scenario, maxfev=0)
-    value, torque = least_squares_optimum(scenario)
+    value, torque = scipy_optimum(scenario)
     assert found.success
     assert found.cost == pytest.approx(value, rel=1e-7)
     assert np.allclose(found.torque, torque, atol=1e-4)
@@ -154,14 +157,14 @@ def test_a_straight_line_has_a_closed_form():
     ids=str,
 )
 def test_the_known_optima_are_reached(changes, best):
-    found = open_loop_optimum(Scenario.published(rng=0, **changes), maxfev=500)
+    found = open_loop_optimum(Scenario.published(rng=0, **changes), maxfev=0)
     assert 0.98 * best < found.cost <= best
     assert found.cost == pytest.approx(cost(found.scenario, found.torque), rel=1e-9)
 
 
 def test_no_controller_is_better():
     scenario = Scenario.published(rng=0)
-    best = open_loop_optimum(scenario, maxfev=500)
+    best = open_loop_optimum(scenario, maxfev=0)
     assert best.cost < simulate(scenario, Controller.tuned_nominal()).cost
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import StringIO
@@ -50,6 +51,10 @@ class Folder:
         """Write NAME.png and NAME.svg, the same bytes for the same figure."""
         import matplotlib as mpl
 
+        if figure.get_layout_engine() is not None:  # once, not for each file
+            figure.set_dpi(_DOTS_PER_INCH)
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
         for kind, metadata in _SAME_EACH_TIME.items():
             with _renamed(self.path / f"{name}.{kind}") as partial, mpl.rc_context(_SETTINGS):
                 figure.savefig(partial, dpi=_DOTS_PER_INCH, metadata=metadata)
@@ -68,10 +73,12 @@ class Folder:
         `units` has the columns that have a unit.
         """
         plain = {key: [_plain(cell, digits) for cell in column] for key, column in columns.items()}
-        lines = [",".join(plain)]
-        lines += [",".join(map(_word, row)) for row in zip(*plain.values(), strict=True)]
+        text = StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(plain)
+        writer.writerows(zip(*plain.values(), strict=True))
         document = {"title": title, "units": dict(units), "columns": plain}
-        self._text(f"{name}.csv", "\n".join(lines) + "\n")
+        self._text(f"{name}.csv", text.getvalue())
         self._text(f"{name}.json", _json(document))
         self.tables[name] = title
 
@@ -123,18 +130,10 @@ def _plain(cell: Any, digits: int) -> Cell:
     raise TypeError(f"a cell is a {type(value).__name__}; must be text, a number or None")
 
 
-def _word(cell: Cell) -> str:
-    if cell is None:
-        return ""
-    text = cell if isinstance(cell, str) else repr(cell)
-    return f'"{text}"' if "," in text else text
-
-
 def _json(document: Mapping[str, Any]) -> str:
     """Return a document with one line a column."""
-    columns: Callable[[Any], str] = json.dumps
     lines = ",\n".join(
-        f"  {json.dumps(key)}: {columns(column)}" for key, column in document["columns"].items()
+        f"  {json.dumps(key)}: {json.dumps(column)}" for key, column in document["columns"].items()
     )
     head = json.dumps({key: document[key] for key in ("title", "units")}, ensure_ascii=False)
     return f'{head[:-1]},\n "columns": {{\n{lines}\n }}}}\n'
