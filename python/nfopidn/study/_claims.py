@@ -16,6 +16,9 @@ Peak = tuple[float, float | None]  # value, time [s]
 
 #: Within an arc: away from the start and from the cusps at 0, 50, 100 and 150 s.
 ARC = (30.0, 45.0)
+#: The same after two cusps, and all before the first.
+LAST_ARC = (130.0, 145.0)
+FIRST_ARC = (0.0, 45.0)
 
 
 def _peak(t: Array, *values: Array) -> Peak:
@@ -25,8 +28,8 @@ def _peak(t: Array, *values: Array) -> Peak:
     return float(size[at]), float(t[at])
 
 
-def _within(run: SimulationResult) -> NDArray[np.bool_]:
-    return (run.t >= ARC[0]) & (run.t <= ARC[1])
+def _within(run: SimulationResult, window: tuple[float, float] = ARC) -> NDArray[np.bool_]:
+    return (run.t >= window[0]) & (run.t <= window[1])
 
 
 def _wheel_speeds(run: SimulationResult) -> tuple[Array, Array]:
@@ -54,7 +57,7 @@ def figures_of(run: SimulationResult) -> dict[str, tuple[str, float, float | Non
         "largest power of a wheel": ("W", _peak(t, *powers)),
         "largest position error": ("m", _peak(t, distance(run))),
     }
-    arc = _within(run)
+    arc, last_arc, first_arc = (_within(run, window) for window in (ARC, LAST_ARC, FIRST_ARC))
     whole = {
         "cost E": ("", run.cost),
         "share of samples at the torque limit": ("", metrics["share_at_limit"]),
@@ -62,8 +65,11 @@ def figures_of(run: SimulationResult) -> dict[str, tuple[str, float, float | Non
         "mean power of both wheels": ("W", mean),
         "position error, RMS": ("m", metrics["position_rms"]),
         "position error, RMS, 30 to 45 s": ("m", _rms(distance(run)[arc])),
+        "position error, RMS, 130 to 145 s": ("m", _rms(distance(run)[last_arc])),
         "heading error, RMS": ("rad", metrics["heading_rms"]),
         "heading error, RMS, 30 to 45 s": ("rad", _rms(columns["e_theta"][arc])),
+        "largest speed, 0 to 45 s": ("m/s", float(np.abs(columns["v"][first_arc]).max())),
+        "largest turn rate, 0 to 45 s": ("rad/s", float(np.abs(columns["omega"][first_arc]).max())),
         "largest turn rate, 30 to 45 s": ("rad/s", float(np.abs(columns["omega"][arc]).max())),
     }
     found = {name: (unit, value, time) for name, (unit, (value, time)) in peaks.items()}
@@ -78,7 +84,10 @@ def _reference_figures(scenario: Scenario) -> dict[str, tuple[str, float, float 
     reference, t = scenario.reference, np.asarray(scenario.trajectory.t)
     arc = (t >= ARC[0]) & (t <= ARC[1])
     speed, turn = _peak(t, reference[:, 3]), _peak(t, reference[:, 4])
+    variation = float(np.abs(np.diff(reference[:, 5:7], axis=0)).sum())
     return {
+        "largest feedforward torque": ("N m", *_peak(t, *reference[:, 5:7].T)),
+        "total variation of the feedforward torques": ("N m", variation, None),
         "largest reference speed": ("m/s", *speed),
         "largest reference turn rate": ("rad/s", *turn),
         "largest reference turn rate, 30 to 45 s": (
