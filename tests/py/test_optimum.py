@@ -6,8 +6,8 @@ import threading
 
 import numpy as np
 import pytest
-from nfopidn import Controller, Robot, Scenario, Trajectory, plot, simulate
-from nfopidn.study import _optimum, _transcription, open_loop_optimum
+from nfopidn import Controller, Robot, Scenario, Trajectory, plot, simulate, tune
+from nfopidn.study import _guesses, _optimum, _transcription, open_loop_optimum
 from nfopidn.study._guesses import other_turns
 from nfopidn.study._motion import branches, columns, replay
 from scipy.optimize import least_squares
@@ -264,7 +264,7 @@ def test_ctrl_c_returns_the_best_so_far(monkeypatch):
     monkeypatch.setattr(_optimum, "other_turns", turns)
     found = open_loop_optimum(short(), maxfev=0)
     assert found.cost is not None
-    assert not found.success
+    assert (found.success, found.interrupted) == (False, True)
     assert found.message == ("The search was interrupted. The best of the guesses that converged.")
     assert len(found.guesses) == 3
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -283,13 +283,32 @@ def test_ctrl_c_stops_the_solver(monkeypatch):
     assert (found.cost, found.success) == (None, False)
 
 
-def test_ctrl_c_ends_the_tuning():
-    timer = threading.Timer(0.5, interrupt_main)
-    timer.start()
+def test_ctrl_c_ends_the_tuning(monkeypatch):
+    """The signal comes while the first structure is tuned; the runs before it have their costs."""
+    timers = []
+
+    def tuned(*arguments, **options):
+        timers.append(threading.Timer(0.3, interrupt_main))
+        timers[0].start()
+        return tune(*arguments, **options)
+
+    monkeypatch.setattr(_guesses, "tune", tuned)
     found = open_loop_optimum(short(), maxfev=10**9)
-    timer.join()
+    assert len(timers) == 1
+    assert len(found.guesses) == 3
     assert found.cost is not None
-    assert found.message.startswith("The search was interrupted.")
+    assert found.interrupted
+    assert not found.success
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_the_shortest_paths_do(count):
+    path = Trajectory.from_samples(0.05 * np.arange(count), np.zeros(count), 0.2)
+    scenario = Scenario(path, rng=0)
+    found = open_loop_optimum(scenario, maxfev=0)
+    assert found.success
+    assert found.cost <= cost(scenario, scenario.reference[:, 5:7]) + 1e-12
+    assert found.cost == pytest.approx(cost(scenario, found.torque), rel=1e-9, abs=1e-15)
 
 
 def test_the_figures_of_runs_draw_it():

@@ -40,7 +40,7 @@ def optima(cases: Cases, folder: Folder) -> None:
     tries: list[dict[str, Cell]] = []
     for name, scenario in _scenarios().items():
         found = open_loop_optimum(scenario)
-        if found.message.startswith("The search was interrupted"):
+        if found.interrupted:
             raise InterruptedSearchError
         run = simulate(scenario, Controller.published())
         rows.append({"scenario": name, "optimum": found.cost, "published_gains": run.cost})

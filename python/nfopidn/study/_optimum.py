@@ -44,6 +44,8 @@ class OpenLoopOptimum:
         eq. 41 of the run; None if no guess converged
     success
         whether a guess converged, and nothing interrupted the search
+    interrupted
+        whether Ctrl-C ended the search
     message
         the same in words
     torque
@@ -59,6 +61,7 @@ class OpenLoopOptimum:
     scenario: Scenario
     cost: float | None
     success: bool
+    interrupted: bool
     message: str
     torque: Array = field(repr=False)
     pose: Array = field(repr=False)
@@ -219,6 +222,7 @@ class _Search:
             scenario=self.programme.scenario,
             cost=None if best is None else best.cost,
             success=best is not None and not interrupted,
+            interrupted=interrupted,
             message=message,
             torque=motion.torque,
             pose=motion.states[:, :3],
