@@ -1,8 +1,10 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
 from nfopidn import fractional, plot, stability, study
+from nfopidn._compare import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn._core import (
     Controller,
+    Rival,
     Robot,
     Scenario,
     SimulationResult,
@@ -11,14 +13,18 @@ from nfopidn._core import (
     simulate,
 )
 from nfopidn._export import export_c, export_cpp
+from nfopidn._parameters import default_bounds
+from nfopidn._report import report
 from nfopidn._search import Forager, OptimizeResult, bfoa
-from nfopidn._tuning import Objective, TuneResult, default_bounds, tune
+from nfopidn._tuning import Objective, TuneResult, tune
 
 __all__ = [
+    "Comparison",
     "Controller",
     "Forager",
     "Objective",
     "OptimizeResult",
+    "Rival",
     "Robot",
     "Scenario",
     "SimulationResult",
@@ -26,13 +32,17 @@ __all__ = [
     "TuneResult",
     "__version__",
     "bfoa",
+    "compare",
     "default_bounds",
     "export_c",
     "export_cpp",
     "fractional",
     "plot",
+    "report",
+    "scenario_suite",
     "simulate",
     "stability",
     "study",
     "tune",
+    "tune_contenders",
 ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
-from nfopidn._core import Controller, Scenario
+from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._parameters import ControllerSearch, Search, controller_structure, make_search
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
@@ -24,7 +24,6 @@ from nfopidn._search import (
     Callback,
     OptimizeResult,
     Settings,
-    check_bounds,
     check_settings,
     finish,
     run,
@@ -80,7 +79,8 @@ class TuneResult(OptimizeResult):
             fields["population"] = fields["population"].reshape(shape)
             history = [tuple(row) for row in fields["history"]]
             fields["history"] = np.array(history, dtype=[(name, float) for name in HISTORY])
-            fields["controller"] = Controller.from_json(json.dumps(fields["controller"]))
+            kind = Rival if fields["controller"].get("format") == "nfopidn-rival" else Controller
+            fields["controller"] = kind.from_json(json.dumps(fields["controller"]))
             scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
             if not scenarios:
                 raise ValueError("scenario is empty")
@@ -99,138 +99,6 @@ def _plain(value: Any) -> Any:
 
 def _list(scenario: Scenario | Sequence[Scenario]) -> list[Scenario]:
     return [scenario] if isinstance(scenario, Scenario) else list(scenario)
-
-
-@dataclass
-class Search:
-    """A structure's parameters: which are free, within what, and what the others are."""
-
-    base: Controller
-    parameters: str
-    names: list[str]  # of the free parameters
-    low: Array
-    high: Array
-    source: list[int]
-    fixed: list[float]
-
-    def controller(self, x: Array) -> Controller:
-        """Make the controller of a free vector."""
-        return _core.design(self.base, self.parameters, self.source, self.fixed, x.tolist())
-
-    def start(self, controller: Controller) -> Array:
-        """Give the free parameters that a controller has."""
-        if controller.gains is None and self.parameters != "taps":
-            raise ValueError("start has free taps; the structure needs gains and orders")
-        every = _core.parameters(self.base, self.parameters, controller)
-        x = np.zeros(len(self.names))
-        for value, place in reversed(list(zip(every, self.source, strict=True))):
-            if place >= 0:
-                x[place] = value
-        return x
-
-
-def _structure(structure: str | Mapping[str, Any] | None) -> tuple[dict[str, Any], str]:
-    """Give the settings of Controller that a structure stands for, and its parameter set."""
-    if structure is None:
-        structure = "paper"
-    if isinstance(structure, str):
-        settings, parameters = _core.structure(structure)
-        return dict(settings), parameters
-    settings = dict(structure)
-    return settings, settings.pop("parameters", "shared-orders")
-
-
-def _box(
-    structure: str | Mapping[str, Any] | None,
-) -> tuple[Controller, str, dict[str, tuple[float, float]]]:
-    """Give a structure's settings, its parameter set, and its parameters with their bounds."""
-    settings, parameters = _structure(structure)
-    base = Controller.published(**settings)
-    bounds = _core.parameter_bounds(base, parameters)
-    return base, parameters, {name: (low, high) for name, low, high in bounds}
-
-
-def default_bounds(
-    structure: str | Mapping[str, Any] | None = None,
-) -> dict[str, tuple[float, float]]:
-    """Give the parameters of a structure by name, with the bounds that tune() takes.
-
-    Gains [0, 3] and orders [0.01, 1]; "extended": [0, 6] and [0.01, 2]. In the incremental form
-    the integral gains end at 0.3: beyond, nearly all runs diverge.
-    """
-    return _box(structure)[2]
-
-
-def _sources(
-    names: Sequence[str],
-    frozen: Mapping[str, float] | None,
-    tied: Mapping[str, str] | None,
-) -> tuple[list[int], list[int], list[float]]:
-    """Give the free places, and for each place its free one (or -1) and its frozen value."""
-    fixed = [0.0] * len(names)
-    leader = list(range(len(names)))
-    for name, value in dict(frozen or {}).items():
-        if not np.isfinite(value):
-            raise ValueError(f"frozen: {name} is {value}; must be finite")
-        place = _known(name, names, "frozen")
-        fixed[place] = float(value)
-        leader[place] = -1
-    for name, other in dict(tied or {}).items():
-        place, first = _known(name, names, "tied"), _known(other, names, "tied")
-        if place == first:
-            raise ValueError(f"tied leads {name!r} to itself")
-        if leader[place] != place:
-            raise ValueError(f"tied names {name!r}, which is frozen or tied already")
-        if leader[first] != first or place in leader[:place] + leader[place + 1 :]:
-            raise ValueError(f"tied leads {name!r} to {other!r}, which is not free itself")
-        leader[place] = first
-    free = [place for place in range(len(names)) if leader[place] == place]
-    if not free:
-        raise ValueError("frozen leaves no parameter free")
-    return free, [free.index(at) if at >= 0 else -1 for at in leader], fixed
-
-
-def _known(name: str, names: Sequence[str], argument: str) -> int:
-    if name not in names:
-        raise ValueError(f"{argument} names {name!r}; known: {', '.join(names)}")
-    return names.index(name)
-
-
-def _search(
-    structure: str | Mapping[str, Any] | None,
-    bounds: Any,
-    frozen: Mapping[str, float] | None,
-    tied: Mapping[str, str] | None,
-) -> Search:
-    base, parameters, box = _box(structure)
-    names = list(box)
-    free, source, fixed = _sources(names, frozen, tied)
-    own = [names[place] for place in free]
-    if isinstance(bounds, Mapping):
-        for name in bounds:
-            _known(name, own, "bounds")
-        box.update({name: _pair(name, pair) for name, pair in bounds.items()})
-    elif bounds is not None:
-        rows = np.array(bounds, dtype=float)
-        if rows.shape != (len(own), 2):
-            raise ValueError(
-                f"bounds have the shape {rows.shape}; must be ({len(own)}, 2), for {', '.join(own)}"
-            )
-        box.update({name: (row[0], row[1]) for name, row in zip(own, rows, strict=True)})
-    table = np.array([box[name] for name in own])
-    check_bounds(table[:, 0], table[:, 1], own)
-    search = Search(base, parameters, own, table[:, 0].copy(), table[:, 1].copy(), source, fixed)
-    for corner in (search.low, search.high):  # refuses what a controller may not have
-        Controller.from_json(search.controller(corner).to_json())
-    return search
-
-
-def _pair(name: str, pair: Any) -> tuple[float, float]:
-    try:
-        low, high = pair
-        return float(low), float(high)
-    except (TypeError, ValueError):
-        raise ValueError(f"bounds of {name} are {pair!r}; must be (low, high)") from None
 
 
 class Objective:
@@ -256,9 +124,11 @@ class Objective:
         workers: int = 1,
     ) -> None:
         """Take the arguments of tune()."""
-        self._search = _search(structure, bounds, frozen, tied)
+        search = make_search(structure, bounds, frozen, tied)
+        if not isinstance(search, ControllerSearch):
+            raise ValueError(f"structure is {structure!r}, a rival; must be one of a Controller")
         _check_share(risk, workers)
-        search = self._search
+        self._search = search
         #: Names of the free parameters, p of them.
         self.parameters = search.names
         #: (p, 2): low and high of each.
@@ -319,7 +189,7 @@ def tune(
     progress: bool = False,
     frozen: Mapping[str, float] | None = None,
     tied: Mapping[str, str] | None = None,
-    start: Controller | None = None,
+    start: Controller | Rival | None = None,
     risk: float = 1.0,
 ) -> TuneResult:
     """Find the gains and orders of least cost (eq. 41) for a scenario, or for several.
@@ -332,6 +202,8 @@ def tune(
         "paper" (default), "decoupled", "incremental", "extended" (an order pair a channel), "taps"
         (extended, with the filters' taps themselves as parameters), or settings of Controller, to
         which `parameters` "shared-orders" (default), "orders-by-channel" or "taps" may be added.
+        Or a rival: one of Rival.laws(), or {"law": ..., "speeds": ...}, settings of Rival; its
+        model of the robot is that of the first scenario. `controller` is a Rival then.
     bounds
         By name, such as {"ki_x": (0, 0.3)}, the others by default_bounds(); or (p, 2) for all
         free parameters.
@@ -362,30 +234,26 @@ def tune(
     """
     settings = check_settings(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress)
     scenarios = _scenarios(scenario)
-    search = _search(structure, bounds, frozen, tied)
+    search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
     _check_share(risk, workers)
-    if start is not None and not isinstance(start, Controller):
-        raise ValueError("start must be a Controller")
-    if start is not None and start.memory != search.base.memory:
-        raise ValueError(f"start has memory {start.memory}; must have {search.base.memory}")
+    first = None if start is None else search.start(start)
     before: TuneResult | None = None
-    if start is None and search.parameters == "taps":
+    free_taps = isinstance(search, ControllerSearch) and search.parameters == "taps"
+    if start is None and free_taps:
         before = _first_gains(
             scenarios, structure, settings, callback, {"workers": workers, "risk": risk}
         )
-        start = before.controller
+        first = search.start(before.controller)
         if before.status >= ENDED_EARLY or before.nfev >= settings.maxfev:
             return _as_taps(before, search, structure)
     problem = {
         "kind": "tune",
         "scenario": [json.loads(one.to_json()) for one in scenarios],
-        "controller": json.loads(search.base.to_json()),
-        "parameters": search.parameters,
+        **search.problem(),
         "source": search.source,
         "fixed": search.fixed,
         "risk": float(risk),
     }
-    first = None if start is None else search.start(start)
     problem["start"] = None if first is None else first.tolist()
     request = settings.request(search.low, search.high, problem)
     if before is not None:
@@ -393,16 +261,7 @@ def tune(
         request["maxtime"] = max(request["maxtime"] - before.elapsed, 1e-9)
     request["start"] = first
     reply, raised = run(
-        lambda request: _core.search_controller(
-            scenarios,
-            search.base,
-            search.parameters,
-            search.source,
-            search.fixed,
-            float(risk),
-            int(workers),
-            request,
-        ),
+        lambda request: search.run(scenarios, float(risk), int(workers), request),
         request,
         settings,
         callback,
@@ -449,7 +308,7 @@ def _first_gains(
     shared: Mapping[str, Any],
 ) -> TuneResult:
     """Find gains and orders from which a search for free taps starts."""
-    chosen, _ = _structure(structure)
+    chosen, _ = controller_structure(structure)
     budget = DEFAULT_EVALUATIONS if settings.maxfev == UNLIMITED else settings.maxfev
     return tune(
         scenarios,

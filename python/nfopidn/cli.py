@@ -6,10 +6,12 @@ import argparse
 import sys
 from collections.abc import Sequence
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 import nfopidn
+from nfopidn._compare.command import add_compare
+from nfopidn._files import check_picture, load_controller
+from nfopidn._report.command import add_report
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
@@ -40,21 +42,10 @@ def _options(words: Sequence[str]) -> dict[str, float]:
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
 
 
-def _check_picture(path: str | None) -> None:
-    """Refuse a picture's name that matplotlib has no format for, before any work."""
-    if path is None:
-        return
-    from matplotlib.backend_bases import FigureCanvasBase
-
-    known = FigureCanvasBase.get_supported_filetypes()
-    if Path(path).suffix[1:].lower() not in known:
-        raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
-
-
 def _tune(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
-    start = nfopidn.Controller.load(arguments.start) if arguments.start else None
-    _check_picture(arguments.plot)
+    start = load_controller(arguments.start) if arguments.start else None
+    check_picture(arguments.plot)
     outputs = [path for path in (arguments.output, arguments.result, arguments.plot) if path]
     for path in outputs:  # whether they can be written shows before the search, not after
         with open(path, "ab"):
@@ -110,7 +101,9 @@ def _add_tune(commands: Any) -> None:
     add(
         "--structure",
         default="paper",
-        help="paper, decoupled, incremental, extended or taps (%(default)s)",
+        help="paper, decoupled, incremental, extended or taps, or a rival: "
+        + ", ".join(nfopidn.Rival.laws())
+        + " (%(default)s)",
     )
     add("--method", default="bfoa+", help="bfoa+ or bfoa (%(default)s)")
     add("--option", action="append", default=[], metavar="NAME=NUMBER", help="of the method")
@@ -198,6 +191,8 @@ def main(words: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_tune(commands)
     _add_export(commands)
+    add_compare(commands)
+    add_report(commands)
     add_study(commands)
     arguments = parser.parse_args(words)
     try:

@@ -6,9 +6,13 @@
 #include "nfopidn/design/conversion.hpp"
 #include "nfopidn/design/rational.hpp"
 #include "nfopidn/simulate.hpp"
+#include "support.hpp"
 
 namespace nfopidn {
 namespace {
+
+using test::Draws;
+using test::Real;
 
 std::vector<double> noise(int count) {
   std::mt19937 engine(7);
@@ -98,6 +102,54 @@ TEST(FractionalFilter, ResetForgets) {
   for (const double sample : samples) first.push_back(filter.step(sample));
   filter.reset();
   for (std::size_t i = 0; i < samples.size(); ++i) EXPECT_EQ(filter.step(samples[i]), first[i]);
+}
+
+// Sums of every length up to the longest, in both widths and term by term.
+TEST(WideLoops, GiveTheSameBitsInEveryWidth) {
+  Draws draws(11);
+  std::vector<double> a(200), b(200);
+  for (double& number : a) number = draws.between(-1, 1);
+  for (double& number : b) number = draws.between(-1, 1);
+  for (long count = 0; count <= 192; count += 8) {
+    for (long shift : {0L, 1L, 5L}) {
+      const double fastest = wide::loops().dot(a.data(), b.data() + shift, count);
+      EXPECT_EQ(wide::plain.dot(a.data(), b.data() + shift, count), fastest);
+      Real sum = 0;
+      for (long i = 0; i < count; ++i) {
+        sum += Real(a[static_cast<std::size_t>(i)]) * b[static_cast<std::size_t>(i + shift)];
+      }
+      EXPECT_TRUE(test::near(fastest, sum, 1e-14L));
+    }
+  }
+}
+
+TEST(WideLoops, AdvanceModesAlikeInEveryWidth) {
+  Draws draws(12);
+  std::vector<wide::Modes> one(5);
+  for (wide::Modes& block : one) {
+    for (std::size_t k = 0; k < 8; ++k) {
+      block.decay[k] = draws.between(0, 1);
+      block.residue[k] = draws.between(-1, 1);
+      block.end[k] = draws.between(-1, 1);
+      block.state[k] = draws.between(-1, 1);
+    }
+  }
+  std::vector<wide::Modes> other = one;
+  const std::vector<wide::Modes> before = one;
+  const double sum = wide::loops().advance(one.data(), 5, 2, 0.3, -0.7);
+  EXPECT_EQ(wide::plain.advance(other.data(), 5, 2, 0.3, -0.7), sum);
+  Real total = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    for (std::size_t k = 0; k < 8; ++k) {
+      EXPECT_EQ(one[i].state[k], other[i].state[k]);
+      const wide::Modes& m = before[i];
+      const Real leaving = i < 2 ? -0.7L * m.end[k] : 0;
+      const Real expected = (1 - Real(m.decay[k])) * m.state[k] + 0.3L * m.residue[k] - leaving;
+      EXPECT_TRUE(test::near(one[i].state[k], expected, 1e-15L));
+      total += expected;
+    }
+  }
+  EXPECT_TRUE(test::near(sum, total, 1e-14L));
 }
 
 TEST(LongController, EqualsThePlainFilter) {

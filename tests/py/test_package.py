@@ -69,7 +69,7 @@ def python_files(repository):
     package = repository / "python" / "nfopidn"
     return {
         f"nfopidn/{path.relative_to(package).as_posix()}"
-        for pattern in ("*.py", "*.pyi", "py.typed", "*.in")
+        for pattern in ("*.py", "*.pyi", "py.typed", "*.in", "*.html", "*.css", "*.js")
         for path in package.rglob(pattern)
     }
 

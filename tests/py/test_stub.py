@@ -41,6 +41,7 @@ INNER = {
     "CostFunction",
     "search_function",
     "search_controller",
+    "search_rival",
     "structure",
     "parameter_bounds",
     "design",

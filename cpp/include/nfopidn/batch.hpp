@@ -30,6 +30,19 @@ InstructionSet best_instruction_set() noexcept;
 // Null pointers for one that this build or this processor does not have.
 BatchKernels batch_kernels(InstructionSet set) noexcept;
 
+// Calls run(first, count) for equal shares of `whole`, each on a thread of its own.
+template <class Run>
+void in_shares(int whole, int threads, Run&& run) {
+  const int share = threads > 1 ? (whole + threads - 1) / threads : whole;
+  std::vector<std::thread> helpers;
+  for (int first = share; first < whole; first += share) {
+    const int count = std::min(share, whole - first);
+    helpers.emplace_back([&run, first, count] { run(first, count); });
+  }
+  run(0, std::min(share, whole));
+  for (std::thread& helper : helpers) helper.join();
+}
+
 // One scenario and structure, many candidates. The costs are the same to the last bit on every
 // instruction set and any number of threads. Scenarios with the exact integrator and memories
 // beyond 32 run one candidate at a time.
@@ -56,14 +69,8 @@ class BatchEvaluator {
 
   // taps: [candidates][3][tap_count], costs: [candidates].
   void costs_of_taps(const double* taps, int candidates, double* costs, int threads = 1) const {
-    const int share = threads > 1 ? (candidates + threads - 1) / threads : candidates;
-    std::vector<std::thread> helpers;
-    for (int first = share; first < candidates; first += share) {
-      const int count = std::min(share, candidates - first);
-      helpers.emplace_back([=] { run_block(taps, first, count, costs); });
-    }
-    run_block(taps, 0, std::min(share, candidates), costs);
-    for (std::thread& helper : helpers) helper.join();
+    in_shares(candidates, threads,
+              [&](int first, int count) { run_block(taps, first, count, costs); });
   }
 
   // The cost of one candidate's taps, [3][tap_count], and its slopes in the directions in which

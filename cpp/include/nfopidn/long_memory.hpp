@@ -3,9 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "nfopidn/controller_settings.hpp"
 #include "nfopidn/modes.hpp"
+#include "nfopidn/wide.hpp"
 
 namespace nfopidn {
 
@@ -63,79 +65,53 @@ inline LongKernel series_kernel(double pole, double order, int memory,
   return kernel;
 }
 
-// Numbers in blocks of eight, the last one filled up with zeros. Sums run over eight columns side
-// by side, in the same order on every machine.
-class Blocks {
- public:
-  using Eight = Eigen::Array<double, 8, 1>;
+// Numbers filled up with zeros to a multiple of eight.
+inline Eigen::ArrayXd in_eights(const Eigen::ArrayXd& numbers) {
+  Eigen::ArrayXd filled = Eigen::ArrayXd::Zero((numbers.size() + 7) / 8 * 8);
+  filled.head(numbers.size()) = numbers;
+  return filled;
+}
 
-  Blocks() = default;
-  explicit Blocks(Eigen::Index count) : numbers_(Eigen::ArrayXd::Zero((count + 7) / 8 * 8)) {}
-  explicit Blocks(const Eigen::ArrayXd& numbers) : Blocks(numbers.size()) {
-    numbers_.head(numbers.size()) = numbers;
-  }
-  Eigen::Index size() const { return numbers_.size(); }
-  void clear() { numbers_.setZero(); }
-  using Block = Eigen::Map<Eight, Eigen::Aligned16>;
-  using ConstBlock = Eigen::Map<const Eight, Eigen::Aligned16>;
-  const Eigen::ArrayXd& numbers() const { return numbers_; }
-  double* data() { return numbers_.data(); }
-  const double* data() const { return numbers_.data(); }
-  double dot(const double* others) const {
-    Eight sum = Eight::Zero();
-    const double* own = numbers_.data();
-    for (Eigen::Index i = 0; i < numbers_.size(); i += 8) {
-      sum += ConstBlock(own + i) * Eigen::Map<const Eight>(others + i);
-    }
-    return sum.sum();
-  }
-
- private:
-  Eigen::ArrayXd numbers_;
-};
-
-// Modes of one sign: x_i <- (1 - decay_i) x_i + residue_i u, their sum out. As x - decay x: the
-// slowest 1 - decay could not be told from 1.
+// Modes of one sign: x_i <- (1 - decay_i) x_i + residue_i u, their sum out.
 class ModeBank {
  public:
   ModeBank() = default;
   ModeBank(const Eigen::ArrayXd& decays, const Eigen::ArrayXd& residues)
-      : decays_(decays), residues_(residues), states_(decays.size()) {}
+      : modes_(static_cast<std::size_t>((decays.size() + 7) / 8)) {
+    for (Eigen::Index i = 0; i < decays.size(); ++i) {
+      wide::Modes& block = modes_[static_cast<std::size_t>(i / 8)];
+      block.decay[i % 8] = decays(i);
+      block.residue[i % 8] = residues(i);
+    }
+  }
 
   // From now on a sample ends `age` samples after it came. Modes that have died out by then need no
   // end.
   void end_after(double age) {
-    const Eigen::ArrayXd left = decays_.numbers().unaryExpr(
-        [=](double decay) { return std::exp(age * std::log1p(-decay)); });
-    ends_ = Blocks((residues_.numbers() * left).head((left > 1e-18).count()).eval());
+    ending_ = 0;
+    for (std::size_t i = 0; i < modes_.size(); ++i) {
+      for (std::size_t k = 0; k < 8; ++k) {
+        wide::Modes& block = modes_[i];
+        const double left = std::exp(age * std::log1p(-block.decay[k]));
+        block.end[k] = left > 1e-18 ? block.residue[k] * left : 0;
+        if (block.end[k] != 0) ending_ = static_cast<long>(i) + 1;
+      }
+    }
   }
 
-  void reset() { states_.clear(); }
+  void reset() {
+    for (wide::Modes& block : modes_)
+      std::fill(std::begin(block.state), std::end(block.state), 0.0);
+  }
 
-  double step(double coming, double ending) {
-    Blocks::Eight sum = Blocks::Eight::Zero();
-    const double* decays = decays_.data();
-    const double* residues = residues_.data();
-    const double* ends = ends_.data();
-    double* states = states_.data();
-    const Eigen::Index count = states_.size();
-    const Eigen::Index ending_count = std::min(ends_.size(), count);
-    const auto advance = [&](Eigen::Index i, const Blocks::Eight& input) {
-      const Blocks::Eight before = Blocks::ConstBlock(states + i);
-      const Blocks::Eight now = (input - Blocks::ConstBlock(decays + i) * before) + before;
-      Blocks::Block(states + i) = now;
-      sum += now;
-    };
-    Eigen::Index i = 0;
-    for (; i < ending_count; i += 8) {
-      advance(i, Blocks::ConstBlock(residues + i) * coming - Blocks::ConstBlock(ends + i) * ending);
-    }
-    for (; i < count; i += 8) advance(i, Blocks::ConstBlock(residues + i) * coming);
-    return sum.sum();
+  double step(double coming, double leaving) {
+    return wide::loops().advance(modes_.data(), static_cast<long>(modes_.size()), ending_, coming,
+                                 leaving);
   }
 
  private:
-  Blocks decays_, residues_, ends_, states_;
+  std::vector<wide::Modes> modes_;
+  long ending_ = 0;  // blocks, from the first on: the slowest come first
 };
 
 // Runs a kernel over samples.
@@ -143,10 +119,7 @@ class LongMemory {
  public:
   LongMemory() : LongMemory(LongKernel{{1.0}, 0, 0, {}, {}, {}}) {}
   explicit LongMemory(LongKernel kernel)
-      : kernel_(std::move(kernel)),
-        older_taps_(Eigen::Map<const Eigen::ArrayXd>(
-            kernel_.taps.data() + 1, static_cast<Eigen::Index>(kernel_.taps.size()) - 1)),
-        plus_(kernel_.decays, kernel_.plus) {
+      : kernel_(std::move(kernel)), plus_(kernel_.decays, kernel_.plus) {
     if ((kernel_.minus != 0.0).any()) minus_ = ModeBank(kernel_.decays, kernel_.minus);
     if (kernel_.has_modes() && kernel_.memory != infinite_memory) {
       const int age = kernel_.memory + 1 - static_cast<int>(kernel_.taps.size());
@@ -154,9 +127,15 @@ class LongMemory {
       minus_.end_after(age);
       past_.resize(static_cast<std::size_t>(age));
     }
+    const std::size_t count = kernel_.taps.size();
+    std::copy_n(kernel_.taps.data(), std::min(count, newest_count), newest_taps_.data());
+    if (count > newest_count) {
+      older_taps_ = in_eights(Eigen::Map<const Eigen::ArrayXd>(
+          kernel_.taps.data() + newest_count, static_cast<Eigen::Index>(count - newest_count)));
+    }
     // Twice, so that the newest samples lie in a row wherever the newest is.
-    const std::size_t padded = static_cast<std::size_t>(older_taps_.size()) + 1;
-    recent_.resize(2 * std::max(kernel_.taps.size(), padded));
+    window_ = std::max(newest_count + static_cast<std::size_t>(older_taps_.size()), count + 1);
+    recent_.resize(2 * window_);
     reset();
   }
 
@@ -172,16 +151,26 @@ class LongMemory {
   }
 
   double step(double sample) {
-    const std::size_t count = recent_.size() / 2;
-    head_ = head_ == 0 ? count - 1 : head_ - 1;
-    const double leaving = recent_[head_];
-    recent_[head_] = recent_[head_ + count] = sample;
-    // The newest by itself: read back within a block it would have to wait for its own store.
-    const double exact = kernel_.taps[0] * sample + older_taps_.dot(&recent_[head_ + 1]);
-    return kernel_.has_modes() ? exact + tail(leaving) : exact;
+    head_ = head_ == 0 ? window_ - 1 : head_ - 1;
+    recent_[head_] = recent_[head_ + window_] = sample;
+    const double* recent = &recent_[head_];
+    const double older = wide::loops().dot(older_taps_.data(), recent + newest_count,
+                                           static_cast<long>(older_taps_.size()));
+    const double exact = newest(recent) + older;
+    return kernel_.has_modes() ? exact + tail(recent[kernel_.taps.size()]) : exact;
   }
 
  private:
+  // One by one: a wide load of what has just been stored would have to wait for the store.
+  static constexpr std::size_t newest_count = 8;
+
+  double newest(const double* recent) const {
+    const auto pair = [&](std::size_t k) {
+      return newest_taps_[k] * recent[k] + newest_taps_[k + 4] * recent[k + 4];
+    };
+    return (pair(0) + pair(2)) + (pair(1) + pair(3));
+  }
+
   // The modes' share: `leaving` has left the exact taps.
   double tail(double leaving) {
     double ending = 0;
@@ -198,10 +187,11 @@ class LongMemory {
   }
 
   LongKernel kernel_;
-  Blocks older_taps_;  // from c_1 on
+  std::array<double, newest_count> newest_taps_ = {};
+  Eigen::ArrayXd older_taps_;  // the rest
   ModeBank plus_, minus_;
   std::vector<double> recent_, past_;  // as long as the exact taps, and from there to the end
-  std::size_t head_ = 0, past_head_ = 0;
+  std::size_t window_ = 0, head_ = 0, past_head_ = 0;
   double turn_ = 1;  // (-1)^n
 };
 

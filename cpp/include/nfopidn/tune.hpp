@@ -14,6 +14,19 @@ inline Point tuning_bend(const Point& low) {
   return (low.array() >= 0).select(Point::Constant(low.size(), 2), Point::Ones(low.size()));
 }
 
+// The weight of each scenario's cost in the mean of the worst `share` of them.
+inline Eigen::VectorXd worst_share(const Eigen::VectorXd& costs, double share) {
+  const double worst = std::max(share * static_cast<double>(costs.size()), 1.0);
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(costs.size());
+  double left = worst;
+  const std::vector<Eigen::Index> order = ranking(costs);
+  for (auto place = order.rbegin(); place != order.rend() && left > 0; ++place) {
+    weight(*place) = std::min(left, 1.0) / worst;
+    left -= 1;
+  }
+  return weight;
+}
+
 // Cost of a controller over scenarios: the mean of the worst `share` of them (the conditional value
 // at risk), so that 1 is the mean and 0 the worst case.
 class TuneObjective : public Objective {
@@ -53,7 +66,7 @@ class TuneObjective : public Objective {
     }
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
       const Eigen::VectorXd row = each.row(j);
-      costs[j] = row.dot(weights(row));
+      costs[j] = row.dot(worst_share(row, share_));
     }
   }
 
@@ -79,7 +92,7 @@ class TuneObjective : public Objective {
       each(s) = evaluators_[static_cast<std::size_t>(s)].gradient(
           taps.data(), directions.data(), dimension_, each_slopes.col(s).data());
     }
-    const Eigen::VectorXd weight = weights(each);
+    const Eigen::VectorXd weight = worst_share(each, share_);
     Eigen::Map<Eigen::VectorXd>(slopes, dimension_) = each_slopes * weight;
     return each.dot(weight);
   }
@@ -88,19 +101,6 @@ class TuneObjective : public Objective {
   std::size_t tap_size() const {
     return static_cast<std::size_t>(channel_count) *
            static_cast<std::size_t>(structure_.settings.memory + 2);
-  }
-
-  // Of each scenario's cost in the whole.
-  Eigen::VectorXd weights(const Eigen::VectorXd& costs) const {
-    const double worst = std::max(share_ * static_cast<double>(costs.size()), 1.0);
-    Eigen::VectorXd weight = Eigen::VectorXd::Zero(costs.size());
-    double left = worst;
-    const std::vector<Eigen::Index> order = ranking(costs);
-    for (auto place = order.rbegin(); place != order.rend() && left > 0; ++place) {
-      weight(*place) = std::min(left, 1.0) / worst;
-      left -= 1;
-    }
-    return weight;
   }
 
   std::vector<BatchEvaluator> evaluators_;

@@ -23,16 +23,11 @@ struct PyController {
   explicit PyController(const ControllerDesign& given) : settings(given) {}
 };
 
-struct PyResult {
-  Scenario scenario;
-  ControllerDesign settings;
-  SimulationResult result;
-};
-
 void bind_robot(py::module_& module);
 void bind_trajectory(py::module_& module);
 void bind_scenario(py::module_& module);
 void bind_controller(py::module_& module);
+void bind_rivals(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_tuning(py::module_& module);
 void bind_fractional(py::module_& module);

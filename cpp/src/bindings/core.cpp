@@ -11,6 +11,7 @@ PYBIND11_MODULE(_core, module) {
   binding::bind_trajectory(module);
   binding::bind_scenario(module);
   binding::bind_controller(module);
+  binding::bind_rivals(module);
   binding::bind_simulation(module);
   binding::bind_tuning(module);
   binding::bind_fractional(module);

@@ -1,17 +1,56 @@
 // simulate() and SimulationResult.
+#include <variant>
+
 #include "bindings.hpp"
+#include "nfopidn/io/json_rival.hpp"
 
 namespace nfopidn::python {
 
 namespace {
 
-PyResult run(const Scenario* scenario, const PyController* controller) {
-  PyResult run{scenario != nullptr ? *scenario : Scenario::published(),
-               controller != nullptr ? controller->settings : ControllerDesign{},
-               {}};
+using Driver = std::variant<ControllerDesign, rivals::RivalDesign>;
+
+struct PyResult {
+  Scenario scenario;
+  Driver driver;
+  SimulationResult result;
+};
+
+PyResult run(const Scenario* scenario, const py::object& controller) {
+  PyResult run{scenario != nullptr ? *scenario : Scenario::published(), ControllerDesign{}, {}};
+  if (py::isinstance<rivals::RivalDesign>(controller)) {
+    run.driver = controller.cast<const rivals::RivalDesign&>();
+  } else if (py::isinstance<PyController>(controller)) {
+    run.driver = controller.cast<const PyController&>().settings;
+  } else if (!controller.is_none()) {
+    throw py::type_error("simulate: controller must be a Controller or a Rival, not " +
+                         py::str(py::type::of(controller)).cast<std::string>());
+  }
   const py::gil_scoped_release release;
-  run.result = simulate(run.scenario, run.settings);
+  run.result =
+      std::visit([&](const auto& driver) { return simulate(run.scenario, driver); }, run.driver);
   return run;
+}
+
+Json write_driver(const Driver& driver) {
+  if (const auto* rival = std::get_if<rivals::RivalDesign>(&driver)) return write_rival(*rival);
+  return write_controller(std::get<ControllerDesign>(driver));
+}
+
+Driver read_driver(const Json& document) {
+  if (document.value("format", "") == rival_format) {
+    rivals::RivalDesign design;
+    check("pickle", read_rival(document, design));
+    return design;
+  }
+  ControllerDesign design;
+  check("pickle", read_controller(document, design));
+  return design;
+}
+
+py::object driver_of(const PyResult& self) {
+  if (const auto* rival = std::get_if<rivals::RivalDesign>(&self.driver)) return py::cast(*rival);
+  return py::cast(PyController(std::get<ControllerDesign>(self.driver)));
 }
 
 py::array block(const py::object& self, int first, int count) {
@@ -48,9 +87,9 @@ py::tuple get_state(const PyResult& self) {
   const RunTable& table = self.result.table;
   const py::bytes rows(reinterpret_cast<const char*>(table.data()),
                        static_cast<std::size_t>(table.size()) * sizeof(double));
-  return py::make_tuple(write_scenario(self.scenario).dump(),
-                        write_controller(self.settings).dump(), rows, self.result.metrics.cost,
-                        self.result.diverged, self.result.diverged_at);
+  return py::make_tuple(write_scenario(self.scenario).dump(), write_driver(self.driver).dump(),
+                        rows, self.result.metrics.cost, self.result.diverged,
+                        self.result.diverged_at);
 }
 
 PyResult set_state(const py::tuple& state) {
@@ -59,7 +98,7 @@ PyResult set_state(const py::tuple& state) {
   check("pickle", parse_json(state[0].cast<std::string>(), document));
   check("pickle", read_scenario(document, self.scenario));
   check("pickle", parse_json(state[1].cast<std::string>(), document));
-  check("pickle", read_controller(document, self.settings));
+  self.driver = read_driver(document);
   const auto rows = state[2].cast<std::string>();
   const std::size_t row_size = column_count * sizeof(double);
   self.result.table.resize(static_cast<Eigen::Index>(rows.size() / row_size), column_count);
@@ -98,9 +137,7 @@ void bind_simulation(py::module_& module) {
       },
       "time [s] at which the run diverged, or None");
   cls.def_readonly("scenario", &R::scenario, "the Scenario");
-  cls.def_property_readonly(
-      "controller", [](const R& self) { return PyController(self.settings); },
-      "the Controller, at rest");
+  cls.def_property_readonly("controller", &driver_of, "the Controller, at rest, or the Rival");
   cls.def(
       "to_csv",
       [](const R& self, const py::object& path) {

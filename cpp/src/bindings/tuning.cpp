@@ -1,5 +1,7 @@
 // The searches, over a controller's parameters or any Python function. Python has checked and named
 // the arguments; python/nfopidn/_search.py and _tuning.py are the callers.
+#include "nfopidn/rivals/tuning.hpp"
+
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
@@ -219,6 +221,15 @@ py::dict search_controller(const std::vector<const Scenario*>& scenarios,
   return run_search(objective, request, tuning_bend(request.low));
 }
 
+py::dict search_rival(const std::vector<const Scenario*>& scenarios,
+                      const rivals::RivalDesign& rival, const std::vector<int>& source,
+                      const std::vector<double>& fixed, double risk, int threads,
+                      const py::dict& given) {
+  const Request request(given);
+  rivals::RivalObjective objective(scenarios, rival, {source, fixed}, risk, threads);
+  return run_search(objective, request, tuning_bend(request.low));
+}
+
 // A controller's cost as a function of its free parameters, for other optimisers.
 class PyObjective {
  public:
@@ -329,6 +340,9 @@ void bind_tuning(py::module_& module) {
   module.def("search_controller", &search_controller, py::arg("scenarios"), py::arg("controller"),
              py::arg("parameters"), py::arg("source"), py::arg("fixed"), py::arg("risk"),
              py::arg("threads"), py::arg("request"));
+  module.def("search_rival", &search_rival, py::arg("scenarios"), py::arg("rival"),
+             py::arg("source"), py::arg("fixed"), py::arg("risk"), py::arg("threads"),
+             py::arg("request"));
   module.def("structure", &structure_by_name, py::arg("name"));
   module.def("parameter_bounds", &bounds_of, py::arg("controller"), py::arg("parameters"));
   module.def("design", &design, py::arg("controller"), py::arg("parameters"), py::arg("source"),

@@ -22,6 +22,8 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `control_system_schematic` the closed loop
 `controller_schematic`     the controller
 `convergence`              a search: the best cost against evaluations
+`comparison`               controllers on scenarios: a metric of each
+`paths`                    driven paths of several controllers
 `overview`                 a run on one page
 ========================== ========================================================
 """
@@ -30,6 +32,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nfopidn.plot.comparisons import comparison, paths
     from nfopidn.plot.filters import weights, z_plane
     from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
@@ -53,6 +56,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "basin",
+    "comparison",
     "control_system_schematic",
     "controller_schematic",
     "convergence",
@@ -65,6 +69,7 @@ __all__ = [
     "orientation",
     "overview",
     "path",
+    "paths",
     "robot_schematic",
     "total_torque",
     "velocities",
@@ -73,7 +78,16 @@ __all__ = [
     "z_plane",
 ]
 
-_MODULES = ("runs", "filters", "operators", "schematics", "searches", "page", "stability")
+_MODULES = (
+    "runs",
+    "filters",
+    "operators",
+    "schematics",
+    "searches",
+    "page",
+    "stability",
+    "comparisons",
+)
 
 
 # The modules import matplotlib, which takes longer than most simulations: only a figure needs it.

@@ -31,7 +31,8 @@ _PATH: Final[style.Stroke] = {"color": "#16365c", "linewidth": 1.4, "zorder": 3}
 _EDGE: Final[style.Stroke] = {"colors": "#b3261e", "linewidths": 1.3, "zorder": 3.5}
 #: Best of the picture's scale of errors [m]; nobody sees the difference below.
 _SMALLEST: Final = 0.01
-_RING: Final = 1.5
+#: Radius of the ring that stands for the largest multiplier's power of ten.
+OUTER_RING: Final = 1.5
 _RESOLVED: Final = 1e-12
 
 
@@ -72,8 +73,31 @@ def _drawn(values: NDArray[np.complex128], decades: float) -> NDArray[np.complex
     if decades == 0:
         return values
     with np.errstate(divide="ignore", invalid="ignore"):
-        radius = np.where(size > 1, 1 + (_RING - 1) * np.log10(size) / decades, size)
+        radius = np.where(size > 1, 1 + (OUTER_RING - 1) * np.log10(size) / decades, size)
         return np.where(size > 0, values / size * radius, 0)
+
+
+def drawn_multipliers(
+    stability: LoopStability,
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
+    """Return the multipliers that are drawn, largest first, where, and the outer ring's decades.
+
+    Raises
+    ------
+    ValueError
+        If no orbit was found, or its multipliers lie beyond every double.
+    """
+    if stability.verdict == "no_orbit":
+        raise ValueError("stability has no orbit; there are no multipliers to draw")
+    values = stability.multipliers
+    if not np.all(np.isfinite(values)):
+        raise ValueError(
+            f"stability has log_radius {stability.log_radius:g}; must be at most 709 to be drawn"
+        )
+    largest = float(np.abs(values[0]))
+    values = values[np.abs(values) >= _RESOLVED * largest]
+    decades = float(np.ceil(np.log10(largest))) if largest > 2 else 0.0
+    return values, _drawn(values, decades), decades
 
 
 def multipliers(stability: LoopStability, ax: Axes | None = None) -> Axes:
@@ -100,31 +124,22 @@ def multipliers(stability: LoopStability, ax: Axes | None = None) -> Axes:
     ValueError
         If no orbit was found, or its multipliers lie beyond every double.
     """
-    if stability.verdict == "no_orbit":
-        raise ValueError("stability has no orbit; there are no multipliers to draw")
-    values = stability.multipliers
-    if not np.all(np.isfinite(values)):
-        raise ValueError(
-            f"stability has log_radius {stability.log_radius:g}; must be at most 709 to be drawn"
-        )
+    values, drawn, decades = drawn_multipliers(stability)
     ax = style.new_axes(ax, (4.8, 4.8))
     largest = float(np.abs(values[0]))
-    values = values[np.abs(values) >= _RESOLVED * largest]
-    decades = float(np.ceil(np.log10(largest))) if largest > 2 else 0.0
     ax.add_patch(Circle((0, 0), 1, fill=False, edgecolor="0.45", linewidth=0.9))
     if decades:
-        ring = Circle((0, 0), _RING, fill=False, edgecolor="0.6", linewidth=0.8, linestyle=":")
+        ring = Circle((0, 0), OUTER_RING, fill=False, edgecolor="0.6", linewidth=0.8, linestyle=":")
         ax.add_patch(ring)
         ax.annotate(
             rf"$10^{{{decades:g}}}$",
-            xy=(_RING * np.sqrt(0.5), _RING * np.sqrt(0.5)),
+            xy=(OUTER_RING * np.sqrt(0.5), OUTER_RING * np.sqrt(0.5)),
             xytext=(3, 3),
             textcoords="offset points",
             fontsize=style.TICK_SIZE,
         )
     for line in (ax.axhline, ax.axvline):
         line(0, color="0.75", linewidth=0.7, zorder=1)
-    drawn = _drawn(values, decades)
     outer = np.abs(values) >= largest * (1 - 1e-9)
     of = "a sample" if stability.period == 1 else "a period"
     ax.plot(drawn.real, drawn.imag, label=f"multipliers of {of}", **_MULTIPLIER)

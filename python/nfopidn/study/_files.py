@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from nfopidn._files import draft_of, replace_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,17 +27,6 @@ _SAME_EACH_TIME: dict[str, dict[str, Any]] = {
 _SETTINGS: Any = {"svg.hashsalt": "nfopidn", "path.simplify_threshold": 0.2}
 
 Cell = str | float | int | None
-
-
-@contextmanager
-def _renamed(path: Path) -> Iterator[Path]:
-    """Give a temporary name, which becomes the path's at the end: a file is there whole or not."""
-    partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        yield partial
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 @dataclass
@@ -56,8 +46,8 @@ class Folder:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
         for kind, metadata in _SAME_EACH_TIME.items():
-            with _renamed(self.path / f"{name}.{kind}") as partial, mpl.rc_context(_SETTINGS):
-                figure.savefig(partial, dpi=_DOTS_PER_INCH, metadata=metadata)
+            with draft_of(self.path / f"{name}.{kind}") as draft, mpl.rc_context(_SETTINGS):
+                figure.savefig(draft, format=kind, dpi=_DOTS_PER_INCH, metadata=metadata)
         self.figures[name] = title
 
     def table(
@@ -101,8 +91,7 @@ class Folder:
         return [self.path / name for name in sorted([*names, "README.md"])]
 
     def _text(self, name: str, text: str) -> None:
-        with _renamed(self.path / name) as partial:
-            partial.write_text(text, encoding="utf-8")
+        replace_file(self.path / name, text)
 
 
 def make_folder(path: str | os.PathLike[str]) -> Folder:
@@ -115,9 +104,9 @@ def make_folder(path: str | os.PathLike[str]) -> Folder:
     """
     folder = Path(path)
     folder.mkdir(parents=True, exist_ok=True)
-    with _renamed(folder / ".writable") as partial:
-        partial.touch()
-    (folder / ".writable").unlink()
+    with draft_of(folder / "README.md.test") as draft:
+        draft.touch()
+    (folder / "README.md.test").unlink()
     return Folder(folder)
 
 

@@ -1,0 +1,71 @@
+// L4. Rivals as JSON documents.
+#pragma once
+
+#include "nfopidn/io/json.hpp"
+#include "nfopidn/rivals/rivals.hpp"
+
+namespace nfopidn {
+
+constexpr const char* rival_format = "nfopidn-rival";
+
+inline Json write_rival(const rivals::RivalDesign& design) {
+  Json parameters = Json::object();
+  const std::vector<ParameterBounds> bounds = rivals::law_bounds(design.law);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    parameters[bounds[i].name] = design.parameters[i];
+  }
+  return {{"format", rival_format},
+          {"version", document_version},
+          {"law", rivals::law_name(design.law)},
+          {"parameters", parameters},
+          {"speeds", json::write(design.speeds)},
+          {"robot", write_settings(design.robot)}};
+}
+
+inline Outcome find_law(const Json& name, std::size_t& law) {
+  std::string known;
+  for (std::size_t i = 0; i < rivals::law_count; ++i) {
+    if (name == rivals::law_name(i)) {
+      law = i;
+      return {};
+    }
+    known += (known.empty() ? "" : ", ") + rivals::law_name(i);
+  }
+  return {Status::inconsistent, "law is " + name.dump() + "; must be one of " + known};
+}
+
+// Parameters that are left out keep the law's own values.
+inline Outcome read_rival_parameters(const Json& given, rivals::RivalDesign& design) {
+  return rivals::with_law(design.law, [&](auto* own) {
+    typename std::remove_pointer_t<decltype(own)>::Settings settings;
+    Outcome outcome = read_settings(given, "parameters", settings);
+    if (!outcome) return outcome;
+    design.parameters.clear();
+    decltype(settings)::fields(
+        [&](const auto& f) { design.parameters.push_back(settings.*f.member); });
+    return outcome;
+  });
+}
+
+inline Outcome read_rival(const Json& document, rivals::RivalDesign& result) {
+  if (Outcome outcome = json::check_header(document, rival_format); !outcome) return outcome;
+  rivals::RivalDesign design;
+  Outcome outcome;
+  const auto find = [&](const char* key) {
+    const auto found = document.find(key);
+    return found == document.end() ? Json() : *found;
+  };
+  outcome = find_law(find("law"), design.law);
+  if (outcome)
+    outcome = read_rival_parameters(document.value("parameters", Json::object()), design);
+  if (outcome) {
+    outcome =
+        read_settings(document, "", design, {"format", "version", "law", "parameters", "robot"});
+  }
+  if (outcome)
+    outcome = read_settings(document.value("robot", Json::object()), "robot", design.robot);
+  if (outcome) result = std::move(design);
+  return outcome;
+}
+
+}  // namespace nfopidn

@@ -1,0 +1,123 @@
+// L4. All rivals, by name. A new one is a header, and a line in Laws.
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "nfopidn/rivals/fierro_lewis.hpp"
+#include "nfopidn/rivals/kanayama.hpp"
+#include "nfopidn/rivals/lqr.hpp"
+#include "nfopidn/rivals/ramsete.hpp"
+#include "nfopidn/rivals/samson.hpp"
+#include "nfopidn/rivals/sliding_mode.hpp"
+#include "nfopidn/rivals/takagi_sugeno.hpp"
+#include "nfopidn/simulate.hpp"
+#include "nfopidn/structures.hpp"
+
+namespace nfopidn::rivals {
+
+using Laws = std::tuple<VelocityLoop<Samson<double>>,        //
+                        VelocityLoop<Kanayama<double>>,      //
+                        VelocityLoop<Ramsete<double>>,       //
+                        VelocityLoop<Lqr<double>>,           //
+                        VelocityLoop<TakagiSugeno<double>>,  //
+                        SlidingMode<double>,                 //
+                        FierroLewis<double>>;
+
+constexpr std::size_t law_count = std::tuple_size_v<Laws>;
+
+// Calls use(static_cast<Law*>(nullptr)) with the law at a place in Laws.
+template <class Use, std::size_t place = 0>
+decltype(auto) with_law(std::size_t law, Use&& use) {
+  if constexpr (place + 1 < law_count) {
+    if (law != place) return with_law<Use, place + 1>(law, std::forward<Use>(use));
+  }
+  return use(static_cast<std::tuple_element_t<place, Laws>*>(nullptr));
+}
+
+inline std::string law_name(std::size_t law) {
+  return with_law(
+      law, [](auto* own) { return std::string(std::remove_pointer_t<decltype(own)>::name); });
+}
+
+inline std::vector<std::string> law_names() {
+  std::vector<std::string> names;
+  for (std::size_t law = 0; law < law_count; ++law) names.push_back(law_name(law));
+  return names;
+}
+
+struct RivalDesign {
+  std::size_t law = 0;             // its place in Laws
+  std::vector<double> parameters;  // in the order of the law's fields
+  Speeds speeds = Speeds::measured;
+  Robot<double> robot;  // the model behind the torques
+
+  template <class Visitor>
+  static constexpr void fields(Visitor&& visit) {
+    visit(field("speeds", &RivalDesign::speeds, "", any_number(),
+                "where v and omega come from: the measurement, or the last two poses"));
+  }
+};
+
+// The parameters of a law as its settings.
+template <class Settings>
+Settings settings_from(const std::vector<double>& parameters) {
+  Settings settings;
+  std::size_t place = 0;
+  Settings::fields([&](const auto& field) { settings.*field.member = parameters[place++]; });
+  return settings;
+}
+
+// The law's own settings, as parameters.
+inline std::vector<double> default_parameters(std::size_t law) {
+  return with_law(law, [](auto* own) {
+    typename std::remove_pointer_t<decltype(own)>::Settings settings;
+    std::vector<double> parameters;
+    decltype(settings)::fields([&](const auto& f) { parameters.push_back(settings.*f.member); });
+    return parameters;
+  });
+}
+
+inline std::vector<ParameterBounds> law_bounds(std::size_t law) {
+  return with_law(law, [](auto* own) {
+    std::vector<ParameterBounds> bounds;
+    std::remove_pointer_t<decltype(own)>::Settings::fields([&](const auto& f) {
+      bounds.push_back({f.name, f.range.low, f.range.high});
+    });
+    return bounds;
+  });
+}
+
+// Calls `use` with the rival, ready to run.
+template <class Use>
+decltype(auto) with_rival(const RivalDesign& design, const PreparedRun& run, Use&& use) {
+  return with_law(design.law, [&](auto* own) -> decltype(auto) {
+    using Law = std::remove_pointer_t<decltype(own)>;
+    Rival<Law> rival(settings_from<typename Law::Settings>(design.parameters),
+                     {design.robot, run.scenario->trajectory.dt(), run.limits.speed_scale},
+                     run.limits.torque, design.speeds);
+    rival.reset();
+    return use(rival);
+  });
+}
+
+}  // namespace nfopidn::rivals
+
+namespace nfopidn {
+
+// The whole run, recorded. Scenario and parameters must be valid.
+inline SimulationResult simulate(const Scenario& scenario, const rivals::RivalDesign& design) {
+  const PreparedRun run = prepare(scenario);
+  return rivals::with_rival(design, run, [&](auto& law) { return detail::record(run, law); });
+}
+
+// The cost alone (eq. 41), without recording.
+inline double evaluate(const PreparedRun& run, const rivals::RivalDesign& design) {
+  return rivals::with_rival(design, run, [&](auto& law) {
+    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})
+        .cost;
+  });
+}
+
+}  // namespace nfopidn

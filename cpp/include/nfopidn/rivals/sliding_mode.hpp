@@ -1,0 +1,80 @@
+// L4. Sliding mode with computed torque, after J.-M. Yang, J.-H. Kim, "Sliding mode control for
+// trajectory tracking of nonholonomic wheeled mobile robots", IEEE Trans. Robotics and Automation
+// 15(3), 1999: a surface for each control, reached by ds/dt = -q s - p sat(s / boundary). Theirs
+// are in polar coordinates, which are singular at the origin; here, in the errors of the robot's
+// frame,
+//   s_1 = d(e_x)/dt + lambda_x e_x
+//   s_2 = d(e_theta)/dt + lambda_theta e_theta + lambda_y v_r e_y
+// The boundary layer stands in for their sign function, which would chatter at any sample time.
+#pragma once
+
+#include "nfopidn/rivals/rival.hpp"
+
+namespace nfopidn::rivals {
+
+template <class Number>
+class SlidingMode {
+ public:
+  using Scalar = Number;
+  static constexpr const char* name = "sliding-mode";
+
+  struct Settings {
+    double lambda_x = 1.55929;
+    double lambda_y = 4.56514;
+    double lambda_theta = 0.997586;
+    double q_x = 0;
+    double q_theta = 0;
+    double p_x = 0.238126;
+    double p_theta = 1.03896;
+    double boundary = 0.137733;
+
+    template <class Visitor>
+    static constexpr void fields(Visitor&& visit) {
+      using S = Settings;
+      visit(field("lambda_x", &S::lambda_x, "1/s", between(0, 5), "of the surface ahead"));
+      visit(field("lambda_y", &S::lambda_y, "1/m^2", between(0, 300), "of the error to the left"));
+      visit(field("lambda_theta", &S::lambda_theta, "1/s", between(0, 5), "of the heading error"));
+      visit(field("q_x", &S::q_x, "1/s", between(0, 5), "rate of approach ahead"));
+      visit(field("q_theta", &S::q_theta, "1/s", between(0, 5), "rate of approach in heading"));
+      visit(field("p_x", &S::p_x, "m/s^2", between(0, 2), "switched acceleration"));
+      visit(field("p_theta", &S::p_theta, "rad/s^2", between(0, 5), "switched acceleration"));
+      visit(field("boundary", &S::boundary, "m/s, rad/s", between(0.01, 2),
+                  "half width of the layer in which switching is gradual"));
+    }
+  };
+
+  SlidingMode(const Settings& settings, const Model<Scalar>& /*model*/) : s_(settings) {}
+
+  constexpr void reset() noexcept {}
+
+  constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
+    const Heading<Scalar> askew = math<Scalar>::heading(view.error.theta);
+    const ReferenceSample<Scalar>& r = view.reference;
+    const Channels<Scalar> rate = error_rates(view);
+    const Scalar lambda_y = Scalar(s_.lambda_y);
+    const Scalar surface_x = rate.x + Scalar(s_.lambda_x) * view.error.x;
+    const Scalar surface_theta =
+        rate.theta + Scalar(s_.lambda_theta) * view.error.theta + lambda_y * r.v * view.error.y;
+    // Both surfaces' rates of change, solved for the accelerations.
+    const Scalar turning = Scalar(s_.lambda_theta) * rate.theta +
+                           lambda_y * (view.acceleration.linear * view.error.y + r.v * rate.y) +
+                           approach(surface_theta, s_.q_theta, s_.p_theta);
+    const Scalar angular = view.acceleration.angular + turning;
+    const Scalar linear = view.acceleration.linear * askew.cosine - r.v * askew.sine * rate.theta +
+                          angular * view.error.y + view.speed.omega * rate.y +
+                          Scalar(s_.lambda_x) * rate.x + approach(surface_x, s_.q_x, s_.p_x);
+    return {linear - view.acceleration.linear, turning};
+  }
+
+ private:
+  constexpr Scalar approach(Scalar surface, double q, double p) const {
+    using M = math<Scalar>;
+    const Scalar inside = surface / Scalar(s_.boundary);
+    const Scalar share = M::maximum(M::minimum(inside, Scalar(1)), Scalar(-1));
+    return Scalar(q) * surface + Scalar(p) * share;
+  }
+
+  Settings s_;
+};
+
+}  // namespace nfopidn::rivals

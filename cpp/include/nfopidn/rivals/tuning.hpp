@@ -1,0 +1,46 @@
+// L4. The cost of a rival's parameters as an objective for the searches.
+#pragma once
+
+#include "nfopidn/rivals/rivals.hpp"
+#include "nfopidn/tune.hpp"
+
+namespace nfopidn::rivals {
+
+// As TuneObjective, one candidate at a time and without exact gradients.
+class RivalObjective : public Objective {
+ public:
+  // The scenarios must outlive this. The design's parameters do not matter.
+  RivalObjective(const std::vector<const Scenario*>& scenarios, RivalDesign design,
+                 FreeParameters parameters, double share, int threads)
+      : design_(std::move(design)),
+        parameters_(std::move(parameters)),
+        share_(share),
+        threads_(threads) {
+    for (const Scenario* scenario : scenarios) runs_.push_back(prepare(*scenario));
+  }
+
+  void costs(const Points& points, double* costs) override {
+    in_shares(static_cast<int>(points.cols()), threads_, [&](int first, int count) {
+      for (int j = first; j < first + count; ++j) costs[j] = cost(points.col(j));
+    });
+  }
+
+ private:
+  double cost(const Point& point) const {
+    RivalDesign candidate = design_;
+    candidate.parameters = parameters_.full(point.data());
+    Eigen::VectorXd each(static_cast<Eigen::Index>(runs_.size()));
+    for (std::size_t s = 0; s < runs_.size(); ++s) {
+      each(static_cast<Eigen::Index>(s)) = evaluate(runs_[s], candidate);
+    }
+    return each.dot(worst_share(each, share_));
+  }
+
+  std::vector<PreparedRun> runs_;
+  RivalDesign design_;
+  FreeParameters parameters_;
+  double share_;
+  int threads_;
+};
+
+}  // namespace nfopidn::rivals

@@ -1,0 +1,48 @@
+// L4. Makes a controller of a law that asks for velocities: torques in proportion to what is
+// missing of them, through the model. The reference's torques are added as for every controller.
+#pragma once
+
+#include "nfopidn/rivals/rival.hpp"
+
+namespace nfopidn::rivals {
+
+// A Kinematics has Settings, a name, a Kinematics(settings, model), and command(View).
+template <class Kinematics>
+class VelocityLoop {
+ public:
+  using Scalar = typename Kinematics::Scalar;
+  static constexpr const char* name = Kinematics::name;
+
+  struct Settings : Kinematics::Settings {
+    double k_v = Kinematics::Settings::tuned_k_v;
+    double k_omega = Kinematics::Settings::tuned_k_omega;
+
+    template <class Visitor>
+    static constexpr void fields(Visitor&& visit) {
+      Kinematics::Settings::fields(visit);
+      visit(field("k_v", &Settings::k_v, "1/s", between(0, 10), "of the speed's loop"));
+      visit(field("k_omega", &Settings::k_omega, "1/s", between(0, 10), "of the turning rate's"));
+    }
+  };
+
+  VelocityLoop(const Settings& settings, const Model<Scalar>& model)
+      : kinematics_(settings, model),
+        k_v_(Scalar(settings.k_v)),
+        k_omega_(Scalar(settings.k_omega)) {}
+
+  constexpr void reset() noexcept {}
+
+  constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
+    const Velocity<Scalar> command = kinematics_.command(view);
+    return {(command.v - view.speed.v) * k_v_, (command.omega - view.speed.omega) * k_omega_};
+  }
+
+  constexpr const Kinematics& kinematics() const noexcept { return kinematics_; }
+
+ private:
+  Kinematics kinematics_;
+  Scalar k_v_;
+  Scalar k_omega_;
+};
+
+}  // namespace nfopidn::rivals

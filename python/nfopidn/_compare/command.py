@@ -1,0 +1,121 @@
+"""The command `nfopidn compare`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from nfopidn._compare.comparison import METRICS, compare
+from nfopidn._compare.contenders import CONTENDERS, GROUPS, AnyController, tune_contenders
+from nfopidn._compare.suite import CONDITIONS, path_names, scenario_suite
+from nfopidn._core import Scenario
+from nfopidn._files import check_picture, load_controller, replace_file
+
+DESCRIPTION = """Tunes controllers alike, by the same search with the same budget and seeds, runs
+them on the same scenarios, and prints their costs (eq. 41) and who is ahead."""
+
+
+def _epilogue() -> str:
+    return (
+        f"controllers: {', '.join(map(repr, CONTENDERS))}; groups: {', '.join(GROUPS)}.\n"
+        f"scenarios: {', '.join(path_names())}; with /CONDITION: {', '.join(CONDITIONS)}."
+    )
+
+
+def _scenarios(names: list[str]) -> dict[str, Scenario]:
+    """Give those of the suite, and those in files."""
+    return {
+        name: Scenario.load(name) if name.endswith(".json") else scenario_suite([name])[name]
+        for name in names
+    }
+
+
+def _controllers(
+    arguments: argparse.Namespace, scenario: Scenario
+) -> dict[str, list[AnyController]]:
+    files = [name for name in arguments.controllers if name.endswith(".json")]
+    names = [name for name in arguments.controllers if name not in files]
+    loaded: dict[str, list[AnyController]] = {name: [load_controller(name)] for name in files}
+    tuned = tune_contenders(
+        names,
+        scenario,
+        seeds=arguments.seeds,
+        maxfev=arguments.maxfev,
+        workers=arguments.workers,
+        progress=not arguments.quiet and sys.stderr.isatty(),
+    )
+    return {**loaded, **tuned}
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    check_picture(arguments.plot)
+    scenarios = _scenarios(arguments.scenarios)
+    if arguments.tune_each:
+        parts = [
+            compare(_controllers(arguments, scenario), {name: scenario}, workers=arguments.workers)
+            for name, scenario in scenarios.items()
+        ]
+        result = parts[0].join(parts[1:])
+    else:
+        tuned_on = _scenarios([arguments.tune_on])[arguments.tune_on]
+        result = compare(
+            _controllers(arguments, tuned_on),
+            scenarios,
+            workers=arguments.workers,
+            progress=not arguments.quiet and sys.stderr.isatty(),
+        )
+    texts = [result.to_markdown(metric) for metric in arguments.metric]
+    texts += [result.details(name) for name in result.scenarios if arguments.details]
+    if arguments.csv:
+        result.to_csv(arguments.csv)
+    if arguments.markdown:
+        replace_file(arguments.markdown, "\n".join(texts))
+    if arguments.plot:
+        result.plot(arguments.metric[0]).figure.savefig(arguments.plot)
+    if not arguments.quiet:
+        for metric in arguments.metric:
+            result.print(metric)
+        for name in result.scenarios:
+            ranking = result.ranking(name)
+            verdict = f"winner {ranking.winner}" if ranking.winner else ranking.reason
+            print(f"{name}: {verdict}" if not arguments.details else f"\n{result.details(name)}")
+    return 0
+
+
+def add_compare(commands: Any) -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "compare",
+        help="tune and compare NFOPIDN and its rivals",
+        description=DESCRIPTION,
+        epilog=_epilogue(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add(
+        "--controllers",
+        nargs="+",
+        default=["all"],
+        metavar="NAME",
+        help="names or groups as below, or controller files (%(default)s)",
+    )
+    add(
+        "--scenarios",
+        nargs="+",
+        default=["published", "continuous", "continuous-fast"],
+        metavar="NAME",
+        help="names as below, or scenario files (published continuous continuous-fast)",
+    )
+    add("--tune-on", default="published", metavar="NAME", help="where all are tuned (%(default)s)")
+    add("--tune-each", action="store_true", help="tune anew for each scenario instead")
+    add("--seeds", type=int, default=10, help="searches of each controller (%(default)s)")
+    add("--maxfev", type=int, default=10_000, help="evaluations of a search (%(default)s)")
+    add("--workers", type=int, default=1, help="threads (%(default)s)")
+    add("--metric", nargs="+", default=["cost"], choices=list(METRICS), help="(cost)")
+    add("--details", action="store_true", help="every metric of each scenario")
+    add("--csv", metavar="FILE", help="write every figure")
+    add("--markdown", metavar="FILE", help="write the tables")
+    add("--plot", metavar="FILE", help="draw the first metric")
+    add("--quiet", action="store_true", help="print nothing")
+    parser.set_defaults(run=_compare)

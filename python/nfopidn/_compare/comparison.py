@@ -1,0 +1,251 @@
+"""Controllers against scenarios."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nfopidn._compare import tables
+from nfopidn._compare.contenders import AnyController, check_counts
+from nfopidn._compare.ranking import Ranking, rank
+from nfopidn._compare.suite import scenario_suite
+from nfopidn._core import Controller, Rival, Scenario, SimulationResult, simulate
+from nfopidn._progress import progress as progress_bar
+
+#: A run has settled when its position error stays within this [m].
+SETTLED_WITHIN = 0.05
+
+Array = NDArray[np.float64]
+#: What compare() takes for one name: a controller, or one for each run.
+Entry = AnyController | Sequence[AnyController]
+
+
+def settling_time(run: SimulationResult) -> float:
+    """Give the time from which on the position error stays within 0.05 m [s]; inf: never."""
+    if run.diverged_at is not None:
+        return np.inf
+    distance = np.hypot(run.columns["e_x"], run.columns["e_y"])
+    outside = np.flatnonzero(distance > SETTLED_WITHIN)
+    if len(outside) == 0:
+        return 0.0
+    last = int(outside[-1])
+    return np.inf if last + 1 == len(distance) else float(run.t[last + 1])
+
+
+def torque_deviation(run: SimulationResult) -> float:
+    """Give the root mean square of the torques' distance from the reference's [N m]."""
+    columns = run.columns
+    left = columns["tau_ref_left"] - columns["tau_left"]
+    right = columns["tau_ref_right"] - columns["tau_right"]
+    return float(np.sqrt(np.mean(left**2 + right**2))) if len(left) else np.nan
+
+
+def _metric(name: str) -> Callable[[SimulationResult], float]:
+    return lambda run: float(run.metrics[name])
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One figure of a run."""
+
+    unit: str
+    text: str
+    of: Callable[[SimulationResult], float]
+
+
+METRICS: dict[str, Metric] = {
+    "cost": Metric("", "E of eq. 41", _metric("cost")),
+    "position_rms": Metric("m", "root mean square position error", _metric("position_rms")),
+    "position_max": Metric("m", "largest position error", _metric("position_max")),
+    "heading_rms": Metric("rad", "root mean square heading error", _metric("heading_rms")),
+    "settling_time": Metric("s", "until the position error stays within 0.05 m", settling_time),
+    "torque_deviation": Metric(
+        "N m", "root mean square of torque less reference", torque_deviation
+    ),
+    "torque_variation": Metric(
+        "N m", "total variation of both torques", _metric("torque_variation")
+    ),
+    "torque_peak": Metric("N m", "largest torque of a wheel", _metric("torque_peak")),
+    "share_at_limit": Metric("", "samples with a torque at its limit", _metric("share_at_limit")),
+    "diverged": Metric("", "share of runs that diverged", lambda run: float(bool(run.diverged_at))),
+}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What compare() returns.
+
+    controllers and scenarios are names; values[metric] is (controllers, scenarios, runs), over
+    METRICS; first_runs[controller, scenario] is the first run of each pair, a SimulationResult.
+    """
+
+    controllers: tuple[str, ...]
+    scenarios: tuple[str, ...]
+    values: dict[str, Array]
+    draws: NDArray[np.int64]  # as values: which runs of a pair are one and the same
+    first_runs: dict[tuple[str, str], SimulationResult]
+
+    def median(self, metric: str = "cost") -> Array:
+        """Give a metric's medians over the runs, (controllers, scenarios)."""
+        if metric not in self.values:
+            raise ValueError(f"metric is {metric!r}; must be one of {', '.join(self.values)}")
+        return np.median(self.values[metric], axis=2)
+
+    def join(self, others: Sequence[Comparison]) -> Comparison:
+        """Put the scenarios of others, with the same controllers and runs, behind one's own."""
+        parts = [self, *others]
+        return Comparison(
+            self.controllers,
+            tuple(name for part in parts for name in part.scenarios),
+            {
+                metric: np.concatenate([part.values[metric] for part in parts], axis=1)
+                for metric in METRICS
+            },
+            np.concatenate([part.draws for part in parts], axis=1),
+            {pair: run for part in parts for pair, run in part.first_runs.items()},
+        )
+
+    def ranking(self, scenario: str) -> Ranking:
+        """Rank the controllers on a scenario by their costs."""
+        if scenario not in self.scenarios:
+            known = ", ".join(self.scenarios)
+            raise ValueError(f"scenario is {scenario!r}; must be one of {known}")
+        place = self.scenarios.index(scenario)
+        costs, draws = self.values["cost"][:, place], self.draws[:, place]
+        return rank(list(self.controllers), costs, draws)
+
+    def to_markdown(self, metric: str = "cost") -> str:
+        """Give a table of medians, a row a controller and a column a scenario."""
+        return tables.markdown(self, metric)
+
+    def details(self, scenario: str) -> str:
+        """Give a Markdown table of every metric on one scenario, in the order of the ranking."""
+        return tables.details(self, scenario)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write every figure: a row a controller, scenario and run."""
+        tables.write_csv(self, path)
+
+    def print(self, metric: str = "cost") -> None:
+        """Print the table: by rich in a terminal where it is installed, else as Markdown."""
+        tables.print_table(self, metric)
+
+    def plot(self, metric: str = "cost", ax: Any = None) -> Any:
+        """Draw a metric's medians as bars; returns the Axes."""
+        from nfopidn import plot
+
+        return plot.comparison(self, metric, ax=ax)
+
+
+def _named(controllers: Mapping[str, Entry] | Sequence[AnyController]) -> dict[str, list[Any]]:
+    if not isinstance(controllers, Mapping):
+        if isinstance(controllers, Controller | Rival):
+            controllers = [controllers]
+        controllers = {_name(one, place): one for place, one in enumerate(controllers)}
+    named: dict[str, list[Any]] = {}
+    for name, entry in controllers.items():
+        members: list[Any] = list(entry) if isinstance(entry, Iterable) else [entry]
+        if not members or not all(isinstance(one, Controller | Rival) for one in members):
+            raise ValueError(
+                f"controllers: {name!r} must be a Controller, a Rival or a list of them"
+            )
+        named[name] = members
+    if not named:
+        raise ValueError("controllers is empty")
+    lengths = {len(members) for members in named.values()} - {1}
+    if len(lengths) > 1:
+        raise ValueError(
+            f"controllers have lists of {sorted(lengths)} members; must be of one length"
+        )
+    return named
+
+
+def _name(controller: Any, place: int) -> str:
+    own = controller.law if isinstance(controller, Rival) else "NFOPIDN"
+    return f"{place + 1} {own}"
+
+
+def compare(
+    controllers: Mapping[str, Entry] | Sequence[AnyController],
+    scenarios: Mapping[str, Scenario] | Sequence[str] | None = None,
+    *,
+    seeds: int = 1,
+    workers: int = 1,
+    progress: bool = False,
+) -> Comparison:
+    """Run controllers on scenarios and compare what they do.
+
+    Parameters
+    ----------
+    controllers
+        By name, or a list: a Controller or a Rival each, or a list of them, such as of searches
+        with different seeds. Lists must be of one length; the member at a place is paired with the
+        others' there.
+    scenarios
+        By name, or names of scenario_suite(); None: all of the suite.
+    seeds
+        Draws of the noise for each member, in scenarios that have noise.
+    workers
+        Runs at a time.
+    progress
+        Whether to show a bar.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ValueError
+        Unknown scenario, lists of different lengths, nothing to compare.
+    """
+    check_counts(seeds=seeds, workers=workers)
+    named = _named(controllers)
+    chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
+    if not chosen or not all(isinstance(one, Scenario) for one in chosen.values()):
+        raise ValueError("scenarios must be Scenarios by name, at least one")
+    count = max(len(members) for members in named.values()) * seeds
+    pairs = [(name, place) for name in named for place in chosen]
+    values = {metric: np.empty((len(named), len(chosen), count)) for metric in METRICS}
+    draws = np.empty((len(named), len(chosen), count), dtype=np.int64)
+    first: dict[tuple[str, str], SimulationResult] = {}
+
+    def work(pair: tuple[str, str]) -> tuple[list[SimulationResult], NDArray[np.int64]]:
+        return _runs(named[pair[0]], chosen[pair[1]], count, seeds)
+
+    with (
+        progress_bar("comparing", len(pairs), progress) as report,
+        ThreadPoolExecutor(workers) as pool,
+    ):
+        for done, (pair, (runs, own)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
+            i, j = divmod(done, len(chosen))
+            first[pair] = runs[0]
+            draws[i, j] = own
+            for name, metric in METRICS.items():
+                values[name][i, j] = np.array([metric.of(run) for run in runs])[own]
+            report(done + 1, f"{pair[0]} on {pair[1]}")
+    return Comparison(tuple(named), tuple(chosen), values, draws, first)
+
+
+def _runs(
+    members: list[Any], scenario: Scenario, count: int, seeds: int
+) -> tuple[list[SimulationResult], NDArray[np.int64]]:
+    """Give the runs that differ, and for each of `count` which of them it is."""
+    noisy = any(value > 0 for value in scenario.pose_noise)
+    known: dict[tuple[int, int], int] = {}
+    runs: list[SimulationResult] = []
+    own = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        member, draw = i // seeds % len(members), i % seeds if noisy else 0
+        if (member, draw) not in known:
+            known[member, draw] = len(runs)
+            drawn = scenario.replace(rng=draw) if noisy else scenario
+            runs.append(simulate(drawn, members[member]))
+        own[i] = known[member, draw]
+    return runs, own

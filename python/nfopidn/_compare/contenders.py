@@ -1,0 +1,164 @@
+"""Who takes part in a comparison, by name, and their tuning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._progress import progress as progress_bar
+from nfopidn._tuning import tune
+
+AnyController = Controller | Rival
+
+_EXTENDED = {
+    "allocation": "decoupled",
+    "lateral": "speed",
+    "parameters": "orders-by-channel",
+}
+_INCREMENTAL = {"allocation": "decoupled", "form": "incremental"}
+_WHOLE = {"alpha": 1.0, "sigma": 1.0}
+_WHOLE_EACH = {f"{order}_{name}": 1.0 for order in _WHOLE for name in ("x", "y", "theta")}
+
+
+@dataclass(frozen=True)
+class Contender:
+    """What tune() is given for it; without a structure it stays as `fixed` is."""
+
+    structure: Mapping[str, Any] | str | None = None
+    frozen: Mapping[str, float] | None = None
+    fixed: AnyController | None = None
+
+
+def _rival(law: str, speeds: str) -> Contender:
+    return Contender({"law": law, "speeds": speeds})
+
+
+#: Everyone by name.
+CONTENDERS: dict[str, Contender] = {
+    "published": Contender(fixed=Controller.published()),
+    "paper": Contender("paper"),
+    "decoupled": Contender("decoupled"),
+    "incremental": Contender("incremental"),
+    "extended": Contender("extended"),
+    "free taps": Contender("taps"),
+    "extended, linear": Contender({**_EXTENDED, "activation": "linear"}),
+    "extended, whole orders": Contender(_EXTENDED, _WHOLE_EACH),
+    "extended, memory 1": Contender({**_EXTENDED, "memory": 1}),
+    "extended, memory 10": Contender({**_EXTENDED, "memory": 10}),
+    "extended, paper allocation": Contender({**_EXTENDED, "allocation": "paper"}),
+    "extended, plain lateral": Contender({**_EXTENDED, "lateral": "direction"}),
+    "extended, shared orders": Contender({**_EXTENDED, "parameters": "shared-orders"}),
+    "FOPID": Contender({**_INCREMENTAL, "activation": "linear"}),
+    "NPID neural": Contender({**_INCREMENTAL, "generator": "gl"}, _WHOLE),
+    "PID": Contender({**_INCREMENTAL, "generator": "gl", "activation": "linear"}, _WHOLE),
+    **{law: _rival(law, "measured") for law in Rival.laws()},
+    **{f"{law}, pose only": _rival(law, "differenced") for law in Rival.laws()},
+}
+
+#: Names that stand for several.
+GROUPS: dict[str, list[str]] = {
+    "all": [
+        *("published", "paper", "decoupled", "incremental", "extended", "free taps"),
+        *("FOPID", "NPID neural", "PID"),
+        *Rival.laws(),
+    ],
+    "pose-only": ["extended", *(f"{law}, pose only" for law in Rival.laws())],
+    "ablation": ["extended", *(name for name in CONTENDERS if name.startswith("extended, "))],
+}
+
+
+def contender_names(names: Sequence[str]) -> list[str]:
+    """Put the members in the place of groups; every name once.
+
+    Raises
+    ------
+    ValueError
+        A name that is not known.
+    """
+    chosen: list[str] = []
+    for name in names:
+        members = GROUPS.get(name, [name])
+        for member in members:
+            if member not in CONTENDERS:
+                known = ", ".join(map(repr, [*GROUPS, *CONTENDERS]))
+                raise ValueError(f"controller {member!r} is not known; known: {known}")
+            if member not in chosen:
+                chosen.append(member)
+    return chosen
+
+
+def check_counts(**counts: int) -> None:
+    """Refuse what is no whole number of at least 1."""
+    for name, number in counts.items():
+        if isinstance(number, bool) or int(number) != number or number < 1:
+            raise ValueError(f"{name} is {number}; must be a whole number of at least 1")
+
+
+def tune_contenders(
+    names: Sequence[str],
+    scenario: Scenario,
+    *,
+    seeds: int = 10,
+    maxfev: int = 10_000,
+    workers: int = 1,
+    progress: bool = False,
+) -> dict[str, list[AnyController]]:
+    """Tune contenders alike: by bfoa+, with the same budget and the same seeds 0, 1, 2, ...
+
+    Parameters
+    ----------
+    names
+        Of CONTENDERS or GROUPS.
+    scenario
+        On which they are tuned.
+    seeds
+        Searches of each.
+    maxfev
+        Evaluations of each search.
+    workers
+        Searches at a time. The results do not depend on it.
+    progress
+        Whether to show a bar.
+
+    Returns
+    -------
+    dict
+        A list of `seeds` controllers for each name; of one that is not tuned, itself.
+
+    Raises
+    ------
+    ValueError
+        A name that is not known; seeds, maxfev or workers below 1.
+    """
+    check_counts(seeds=seeds, maxfev=maxfev, workers=workers)
+    chosen = contender_names(names)
+    jobs = [(name, seed) for name in chosen if not CONTENDERS[name].fixed for seed in range(seeds)]
+
+    def search(job: tuple[str, int]) -> AnyController:
+        contender = CONTENDERS[job[0]]
+        found = tune(
+            scenario,
+            structure=contender.structure,
+            frozen=contender.frozen,
+            rng=job[1],
+            maxfev=maxfev,
+        )
+        if not found.success:  # Ctrl-C, which tune() answers with the best so far
+            raise KeyboardInterrupt
+        controller: AnyController = found.controller
+        return controller
+
+    found: dict[str, list[AnyController]] = {
+        name: [fixed] for name in chosen if (fixed := CONTENDERS[name].fixed)
+    }
+    with (
+        progress_bar("tuning", len(jobs), progress) as report,
+        ThreadPoolExecutor(workers) as pool,
+    ):
+        for done, (job, controller) in enumerate(zip(jobs, pool.map(search, jobs), strict=True)):
+            found.setdefault(job[0], []).append(controller)
+            report(done + 1, job[0])
+    return {name: found[name] for name in chosen}

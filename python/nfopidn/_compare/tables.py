@@ -1,0 +1,106 @@
+"""Comparisons as tables."""
+
+from __future__ import annotations
+
+import csv
+import io
+import sys
+from os import PathLike
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nfopidn._files import replace_file
+
+if TYPE_CHECKING:
+    from nfopidn._compare.comparison import Comparison
+
+
+def number(value: float) -> str:
+    """Give four digits."""
+    if np.isinf(value):
+        return "never"
+    return f"{value:.4g}" if np.isfinite(value) else "-"
+
+
+def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
+    """Give the medians as text; who is level with the best is marked, diverged runs are told."""
+    medians = comparison.median(metric)
+    diverged = comparison.values["diverged"].mean(axis=2)
+    level = {scenario: comparison.ranking(scenario).level() for scenario in comparison.scenarios}
+    rows = []
+    for i, name in enumerate(comparison.controllers):
+        cells = [name]
+        for j, scenario in enumerate(comparison.scenarios):
+            text = number(medians[i, j])
+            if diverged[i, j] == 1:
+                text = "diverges"
+            elif diverged[i, j] > 0:
+                text += f" ({diverged[i, j]:.0%} diverge)"
+            elif metric == "cost" and name in level[scenario] and _tested(comparison):
+                text = f"**{text}**"
+            cells.append(text)
+        rows.append(cells)
+    return rows
+
+
+def _tested(comparison: Comparison) -> bool:
+    return any(p is not None for p in comparison.ranking(comparison.scenarios[0]).p)
+
+
+def _lines(header: list[str], rows: list[list[str]]) -> str:
+    widths = [max(len(row[k]) for row in [header, *rows]) for k in range(len(header))]
+    lines = []
+    for row in [header, ["-" * width for width in widths], *rows]:
+        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def markdown(comparison: Comparison, metric: str) -> str:
+    """Give medians; bold: not significantly behind the first of the column."""
+    return _lines([metric, *comparison.scenarios], _cells(comparison, metric))
+
+
+def details(comparison: Comparison, scenario: str) -> str:
+    """Give every metric on one scenario."""
+    ranking = comparison.ranking(scenario)
+    place = comparison.scenarios.index(scenario)
+    rows = []
+    for name, p in zip(ranking.names, ranking.p, strict=True):
+        i = comparison.controllers.index(name)
+        figures = [number(comparison.median(metric)[i, place]) for metric in comparison.values]
+        rows.append([name, *figures, "" if p is None else f"{p:.2g}"])
+    verdict = f"Winner: {ranking.winner}." if ranking.winner else f"No winner: {ranking.reason}."
+    return _lines([scenario, *comparison.values, "p"], rows) + f"\n{verdict}\n"
+
+
+def write_csv(comparison: Comparison, path: str | PathLike[str]) -> None:
+    """Write a row a controller, scenario and run."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["controller", "scenario", "run", *comparison.values])
+    runs = next(iter(comparison.values.values())).shape[2]
+    for i, name in enumerate(comparison.controllers):
+        for j, scenario in enumerate(comparison.scenarios):
+            for run in range(runs):
+                figures = [repr(float(v[i, j, run])) for v in comparison.values.values()]
+                writer.writerow([name, scenario, run, *figures])
+    replace_file(path, text.getvalue())
+
+
+def print_table(comparison: Comparison, metric: str) -> None:
+    """Print by rich in a terminal, else as Markdown."""
+    try:
+        from rich.console import Console
+        from rich.table import Table
+    except ImportError:
+        print(markdown(comparison, metric), end="")
+        return
+    if not sys.stdout.isatty():
+        print(markdown(comparison, metric), end="")
+        return
+    table = Table(metric, *comparison.scenarios)
+    for row in _cells(comparison, metric):
+        table.add_row(*[f"[bold]{cell[2:-2]}[/]" if cell[:2] == "**" else cell for cell in row])
+    Console().print(table)

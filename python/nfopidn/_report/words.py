@@ -1,0 +1,124 @@
+"""What the settings and metrics are called, their units, and what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+
+class Words(NamedTuple):
+    """A name for people, the unit (one a number, by commas), a line on the meaning."""
+
+    label: str
+    unit: str
+    meaning: str
+
+
+#: By group and by key of the scenario's document; a dot enters trajectory or robot.
+SCENARIO: Mapping[str, Mapping[str, Words]] = {
+    "Path": {
+        "trajectory.name": Words("Path", "", ""),
+        "trajectory.period": Words("Lap time", "s", "of one lap of the reference"),
+        "trajectory.dt": Words("Sample time", "s", "T; the gains hold for it alone"),
+        "trajectory.cusps": Words("Cusps", "", "of the epicycloid"),
+        "trajectory.heading": Words("Heading", "", "how the reference's heading is read"),
+        "trajectory.scale": Words("Scale", "", "factor on the size of the path"),
+        "trajectory.laps": Words("Laps", "", "in the run"),
+        "trajectory.derivatives": Words("Derivatives", "", "where the reference's rates come from"),
+        "trajectory.x": Words("Positions x", "m", "samples of the path"),
+        "trajectory.y": Words("Positions y", "m", "samples of the path"),
+    },
+    "Robot": {
+        "robot.mass": Words("Mass", "kg", ""),
+        "robot.inertia": Words("Inertia", "kg m²", "about the vertical axis"),
+        "robot.track_width": Words("Track width", "m", "distance between the wheels"),
+        "robot.wheel_radius": Words("Wheel radius", "m", ""),
+        "torque_limit": Words("Torque limit", "N m", "of each wheel's total torque"),
+        "viscous_friction": Words("Viscous friction", "N m s/rad", "at each wheel"),
+        "coulomb_friction": Words("Coulomb friction", "N m", "at each wheel"),
+    },
+    "Run": {
+        "initial_pose": Words("Initial pose", "m,m,rad", "x, y, heading at the start"),
+        "initial_velocity": Words("Initial velocity", "m/s,rad/s", "speed and turn rate"),
+        "feedforward": Words("Feedforward", "", "the reference's torques are added"),
+        "disturbance": Words("Disturbance", "N,N m", "forward force and moment"),
+        "pose_noise": Words("Noise", "m,rad", "standard deviation of measured position, heading"),
+        "delay": Words("Delay", "samples", "from measurement to applied torque"),
+        "integrator": Words("Integrator", "", "of the robot's motion"),
+        "substeps": Words("Integration steps", "", "in a sample"),
+        "divergence_distance": Words(
+            "Divergence distance", "m", "a run farther than this from its reference has diverged"
+        ),
+        "seed": Words("Seed", "", "of the noise"),
+    },
+}
+
+CONTROLLER: Mapping[str, Words] = {
+    "memory": Words("Memory M", "samples", "terms of the fractional operators' power series"),
+    "form": Words("Output", "", ""),
+    "allocation": Words("Allocation", "", "which neuron drives which wheel"),
+    "activation": Words("Activation", "", "the neuron's function"),
+    "frame": Words("Frame", "", "of the position errors"),
+    "generator": Words(
+        "Generator", "", "power series that stands for s^\N{GREEK SMALL LETTER ALPHA}"
+    ),
+    "lateral": Words("Lateral error", "", "what the y channel is fed"),
+    "anti_windup": Words("Anti-windup", "", "what the incremental form does at the torque limit"),
+    "speed_scale": Words("Speed scale", "m/s", "divisor of the speed in the lateral error"),
+}
+
+RIVAL: Mapping[str, Words] = {
+    "law": Words("Law", "", ""),
+    "speeds": Words("Speeds", "", "that the law is given"),
+    **{
+        key.removeprefix("robot."): Words(words.label, words.unit, "that the law reckons with")
+        for key, words in SCENARIO["Robot"].items()
+        if key.startswith("robot.")
+    },
+}
+
+METRICS: Mapping[str, Words] = {
+    "cost": Words("Cost E", "", "mean square of pose and torque errors (eq. 41)"),
+    "pose_mse": Words("Pose error, mean square", "", "m² and rad² added"),
+    "position_rms": Words("Position error, r.m.s.", "m", "distance to the reference point"),
+    "position_max": Words("Position error, largest", "m", "the start included"),
+    "heading_rms": Words("Heading error, r.m.s.", "rad", ""),
+    "iae": Words("IAE", "m s", "integral of the position error's size"),
+    "ise": Words("ISE", "m² s", "integral of its square"),
+    "itae": Words("ITAE", "m s²", "integral of its size times time"),
+    "torque_peak": Words("Torque, largest", "N m", "of either wheel"),
+    "torque_variation": Words("Torque, total variation", "N m", "of both wheels together"),
+    "share_at_limit": Words(
+        "Share at the limit", "%", "samples with a wheel's torque at its limit"
+    ),
+    "energy": Words("Energy", "J", "integral of |torque times wheel speed|, both wheels"),
+    "lateral_force_peak": Words(
+        "Lateral force, largest", "N", "that keeps the wheels from slipping"
+    ),
+}
+
+#: What a word or a missing value stands for, by the last part of its key.
+CHOICES: Mapping[tuple[str, str], str] = {
+    ("name", "ranunculoid"): "epicycloid (“ranunculoid”)",
+    ("name", "rounded_square"): "rounded square",
+    ("name", "samples"): "sampled points",
+    ("heading", "forward"): "forward, along the motion",
+    ("heading", "continuous"): "continuous, reversing at cusps",
+    ("derivatives", "sampled"): "central differences of the samples",
+    ("derivatives", "analytic"): "closed forms",
+    ("integrator", "semi-implicit-euler"): "semi-implicit Euler",
+    ("initial_pose", "none"): "the reference's own",
+    ("initial_velocity", "reference"): "the reference's own",
+    ("form", "positional"): "positional: the neurons' output is the torque",
+    ("form", "incremental"): "incremental: the neurons' output is added to the last torque",
+    ("activation", "sigmoid"): "sigmoid, O = tanh(net/2)",
+    ("activation", "linear"): "linear, O = net",
+    ("frame", "robot"): "the robot's",
+    ("frame", "world"): "the world's",
+    ("generator", "tustin"): "Tustin, pre-warped",
+    ("generator", "gl"): "Grünwald-Letnikov",
+    ("lateral", "plain"): "the lateral error itself",
+    ("lateral", "direction"): "with its sign turned where the reference drives in reverse",
+    ("lateral", "speed"): "times the reference's speed over the speed scale",
+    ("speed_scale", "0"): "the trajectory's peak speed",
+}
