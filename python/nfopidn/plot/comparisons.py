@@ -19,7 +19,7 @@ def stroke(place: int) -> dict[str, Any]:
     """Give the colour and dash of the controller at a place."""
     return {
         "color": _COLOURS[place % len(_COLOURS)],
-        "linestyle": _DASHES[place // 2 % len(_DASHES)],
+        "linestyle": _DASHES[(place // 2 + place // len(_COLOURS)) % len(_DASHES)],
         "linewidth": 1.2,
     }
 
