@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import fractional, plot, stability
+from nfopidn import fractional, plot, stability, study
 from nfopidn._compare import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn._core import (
     Controller,
@@ -42,6 +42,7 @@ __all__ = [
     "scenario_suite",
     "simulate",
     "stability",
+    "study",
     "tune",
     "tune_contenders",
 ]

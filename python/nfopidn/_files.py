@@ -1,8 +1,10 @@
-"""Files that the commands are given."""
+"""Files that the commands are given, and that they write."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 
@@ -35,12 +37,19 @@ def check_picture(path: str | None) -> None:
         raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
 
 
-def replace_file(path: str | PathLike[str], text: str) -> None:
-    """Write a file whole or not at all."""
+@contextmanager
+def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
+    """Give a draft to write, which takes the file's place at the end: whole or not at all."""
     target = Path(path)
     draft = target.with_name(target.name + ".part")
     try:
-        draft.write_text(text, encoding="utf-8")
+        yield draft
         draft.replace(target)
     finally:
         draft.unlink(missing_ok=True)
+
+
+def replace_file(path: str | PathLike[str], text: str) -> None:
+    """Write a file whole or not at all."""
+    with draft_of(path) as draft:
+        draft.write_text(text, encoding="utf-8")

@@ -12,6 +12,7 @@ import nfopidn
 from nfopidn._compare.command import add_compare
 from nfopidn._files import check_picture, load_controller
 from nfopidn._report.command import add_report
+from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -192,6 +193,7 @@ def main(words: Sequence[str] | None = None) -> int:
     _add_export(commands)
     add_compare(commands)
     add_report(commands)
+    add_study(commands)
     arguments = parser.parse_args(words)
     try:
         return int(arguments.run(arguments))

@@ -5,6 +5,8 @@ import os
 import subprocess
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: its threads spin on busy cores
+
 import numpy as np
 import pytest
 

@@ -1,0 +1,72 @@
+"""The whole study: every table and figure of the paper, and what it leaves open."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from nfopidn._progress import progress as progress_bar
+from nfopidn.study._cases import MEMORIES, Cases
+from nfopidn.study._checks import whole_number
+from nfopidn.study._files import make_folder
+from nfopidn.study._transcription import casadi
+
+_OTHER_STEPS = 10  # beside the searches
+
+
+def reproduce(
+    directory: str | os.PathLike[str], *, seeds: int = 25, progress: bool = False
+) -> list[Path]:
+    """Write the paper's tables and figures, and the studies beside them, into a folder.
+
+    Every figure is there as PNG and SVG, every table as CSV and JSON; README.md lists them. The
+    same seeds give the same numbers.
+
+    Parameters
+    ----------
+    directory
+        made if it does not exist; files of the same names are replaced
+    seeds
+        searches for each memory, with the seeds 1 to `seeds`
+    progress
+        show a bar
+
+    Returns
+    -------
+    list of Path
+        the files
+
+    Raises
+    ------
+    ValueError
+        If `seeds` is no whole number of at least 1.
+    ImportError
+        If CasADi (or rich, for the bar) is not installed.
+    OSError
+        If a file cannot be written.
+    InterruptedSearchError
+        After Ctrl-C; what is written by then stays.
+    """
+    whole_number("seeds", seeds, 1)
+    casadi()
+    from nfopidn.study import _claims, _memory, _optima, _poses, _readings, _runs
+
+    folder = make_folder(directory)
+    total = len(MEMORIES) * seeds + _OTHER_STEPS
+    with progress_bar("study", total, progress) as report:
+        done = iter(range(1, total + 1))
+        cases = Cases(lambda note: report(next(done), note))
+        for part in (
+            _runs.gain_tables,
+            _runs.z_plane,
+            _runs.run_figures,
+            _claims.claims,
+            _claims.steady_state,
+            _readings.readings,
+            _poses.pose_study,
+            _optima.optima,
+        ):
+            part(cases, folder)
+        _memory.memory_study(cases, folder, seeds)
+    folder.index("The paper's tables and figures, and the studies beside them")
+    return folder.written()
