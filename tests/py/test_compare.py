@@ -216,6 +216,42 @@ def test_tables_and_file_hold_the_figures(small, tmp_path):
     assert all(metric in details for metric in METRICS)
 
 
+def test_costs_are_told_as_multiples_of_the_optimum(small):
+    _, _, result = small
+    with_one = result.with_optima({"calm": 0.02, "noisy": None})
+    lines = with_one.to_markdown().splitlines()
+    assert [cell.strip() for cell in lines[2].split("|")[1:4]] == [
+        "best open loop found",
+        "0.02",
+        "-",
+    ]
+    ratio = result.median()[0, 0] / 0.02
+    assert f" = {ratio:.3g} x" in lines[3]
+    assert " x" not in result.to_markdown()
+    assert " x" not in with_one.to_markdown("position_rms")
+    for optima, text in (
+        ({"elsewhere": 1.0}, "names 'elsewhere'; must be one of calm, noisy"),
+        ({"calm": 0.0}, r"optima\['calm'\] is 0.0; must be greater than 0"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            result.with_optima(optima)
+
+
+def test_the_command_finds_optima_where_there_are_any(tmp_path, monkeypatch, capsys):
+    short = Scenario.published(period=15.0, torque_limit=20)
+    short.save(tmp_path / "short.json")
+    short.replace(coulomb_friction=0.1).save(tmp_path / "rough.json")
+    words = ["--controllers", "samson", "--scenarios", "short.json", "rough.json", "--optimum"]
+    words += ["--tune-on", "short.json", "--seeds", "1", "--maxfev", "60"]
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words)
+    assert code == 0
+    cells = [cell.strip() for cell in out.splitlines()[2].split("|")]
+    best = nfopidn.study.open_loop_optimum(short).cost
+    assert cells[1:4] == ["best open loop found", f"{best:.4g}", "-"]
+    assert err.startswith("rough.json: no optimum: ")
+    assert "friction" in err
+
+
 def test_figures_are_drawn(small):
     _, _, result = small
     ax = result.plot()

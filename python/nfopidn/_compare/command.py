@@ -52,16 +52,13 @@ def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | Non
     """Find the best open-loop costs; of a scenario that has no smooth form there is none."""
     from nfopidn.study import open_loop_optimum
 
-    optima: dict[str, float | None] = {}
+    optima: dict[str, float | None] = dict.fromkeys(scenarios)
     for name, scenario in scenarios.items():
         try:
             found = open_loop_optimum(scenario, progress=tell and sys.stderr.isatty())
+            optima[name], message = found.cost, found.message
         except ValueError as error:
-            found = None
             message = str(error)
-        else:
-            message = found.message
-        optima[name] = found.cost if found else None
         if tell and optima[name] is None:
             print(f"{name}: no optimum: {message}", file=sys.stderr)
     return optima
