@@ -11,7 +11,7 @@ from nfopidn._compare import CONDITIONS, CONTENDERS, GROUPS, METRICS, path_names
 from nfopidn._compare.ranking import fewest_runs, rank
 from scipy.stats import wilcoxon
 
-SHORT = {"period": 30.0}
+SHORT = {"period": 100.0}
 
 
 @pytest.fixture(scope="module")
