@@ -27,15 +27,17 @@ Entry = AnyController | Sequence[AnyController]
 
 
 def settling_time(run: SimulationResult) -> float:
-    """Give the time from which on the position error stays within 0.05 m [s]; inf: never."""
+    """Give the last time [s] at which the position error exceeds 0.05 m.
+
+    0 if it never does; inf if the run diverges, or exceeds it at its last sample: it never settles.
+    """
     if run.diverged_at is not None:
         return np.inf
-    distance = np.hypot(run.columns["e_x"], run.columns["e_y"])
-    outside = np.flatnonzero(distance > SETTLED_WITHIN)
+    outside = np.flatnonzero(np.hypot(run.columns["e_x"], run.columns["e_y"]) > SETTLED_WITHIN)
     if len(outside) == 0:
         return 0.0
     last = int(outside[-1])
-    return np.inf if last + 1 == len(distance) else float(run.t[last + 1])
+    return np.inf if last + 1 == len(run) else float(run.t[last])
 
 
 def torque_deviation(run: SimulationResult) -> float:
@@ -64,7 +66,9 @@ METRICS: dict[str, Metric] = {
     "position_rms": Metric("m", "root mean square position error", _metric("position_rms")),
     "position_max": Metric("m", "largest position error", _metric("position_max")),
     "heading_rms": Metric("rad", "root mean square heading error", _metric("heading_rms")),
-    "settling_time": Metric("s", "until the position error stays within 0.05 m", settling_time),
+    "settling_time": Metric(
+        "s", "last time at which the position error exceeds 0.05 m", settling_time
+    ),
     "torque_deviation": Metric(
         "N m", "root mean square of torque less reference", torque_deviation
     ),

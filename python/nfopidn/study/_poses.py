@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nfopidn._compare.comparison import SETTLED_WITHIN, settling_time
 from nfopidn._core import SimulationResult, simulate
 from nfopidn.plot import style
 from nfopidn.study._cases import TITLES, Cases, distance
@@ -16,7 +17,6 @@ from nfopidn.study._files import Cell, Folder
 
 _POSES = 16
 _AWAY = 0.5  # [m] from the reference's start
-_NEAR = 0.05  # [m]: a run has settled when its position error stays below
 _SHOWN = 30.0  # [s] of each path
 _PAPER = "paper"
 _PAPER_COLOUR = style.RIGHT["color"]
@@ -54,17 +54,9 @@ def initial_poses(cases: Cases) -> dict[str, Pose]:
 
 
 def settled_at(run: SimulationResult) -> float | None:
-    """Return the last time [s] at which the position error exceeds 0.05 m.
-
-    None if the run diverges, or exceeds it at its last sample: it never settles. 0 if it never
-    exceeds it.
-    """
-    if run.diverged_at is not None:
-        return None
-    beyond = np.flatnonzero(distance(run) > _NEAR)
-    if len(beyond) == 0:
-        return 0.0
-    return None if beyond[-1] == len(run) - 1 else float(run.t[beyond[-1]])
+    """Return the settling time [s]; None if the run never settles."""
+    time = settling_time(run)
+    return time if np.isfinite(time) else None
 
 
 def _outcome(run: SimulationResult) -> str:
@@ -86,7 +78,7 @@ def _row(gains: str, name: str, run: SimulationResult) -> dict[str, Cell]:
         "cost": run.cost,
         "outcome": _outcome(run),
         "settled_at": settled_at(run),
-        "share_of_samples_beyond": float(np.mean(away > _NEAR)),
+        "share_of_samples_beyond": float(np.mean(away > SETTLED_WITHIN)),
         "largest_error": run.metrics["position_max"],
         "diverged_at": run.diverged_at,
     }
@@ -122,7 +114,14 @@ def _draw_shares(ax: Axes, rows: list[dict[str, Cell]], end: float) -> None:
     colours = [
         _colour(k) if row["direction"] != _PAPER else _PAPER_COLOUR for k, row in enumerate(rows)
     ]
-    ax.bar(places, shares, color=colours, alpha=0.6, width=0.7, label=f"time beyond {_NEAR:g} m")
+    ax.bar(
+        places,
+        shares,
+        color=colours,
+        alpha=0.6,
+        width=0.7,
+        label=f"time beyond {SETTLED_WITHIN:g} m",
+    )
     for outcome, stroke in _OUTCOMES.items():
         at = [k for k, row in enumerate(rows) if row["outcome"] == outcome]
         times: Any = [
