@@ -11,11 +11,11 @@ from typing import Any
 import nfopidn
 from nfopidn._compare.command import add_compare
 from nfopidn._files import check_picture, load_controller
+from nfopidn._interrupt import EXIT_INTERRUPTED
 from nfopidn._report.command import add_report
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 
 def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
@@ -200,6 +200,9 @@ def main(words: Sequence[str] | None = None) -> int:
     except (ValueError, OSError, ImportError) as error:
         print(f"nfopidn: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print("nfopidn: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -2,12 +2,22 @@
 
 import csv
 import sys
+import threading
+from contextlib import nullcontext
 
 import nfopidn
 import numpy as np
 import pytest
 from nfopidn import Controller, Rival, Scenario, cli
-from nfopidn._compare import CONDITIONS, CONTENDERS, GROUPS, METRICS, path_names, suite_names
+from nfopidn._compare import (
+    CONDITIONS,
+    CONTENDERS,
+    GROUPS,
+    METRICS,
+    contenders,
+    path_names,
+    suite_names,
+)
 from nfopidn._compare.ranking import fewest_runs, rank
 from scipy.stats import wilcoxon
 
@@ -315,6 +325,46 @@ def test_the_command_refuses_in_one_line(words, text, tmp_path, monkeypatch, cap
     assert (code, out) == (2, "")
     assert text in err
     assert err.count("\n") == 1
+
+
+@pytest.fixture
+def interrupted_at(monkeypatch):
+    """Let Ctrl-C come while the search of that number runs."""
+
+    def arm(number):
+        event, calls = threading.Event(), []
+
+        def tune(*arguments, callback, **options):
+            calls.append(options["structure"])
+            if len(calls) == number:
+                event.set()
+            return nfopidn.tune(*arguments, callback=callback, **options)
+
+        monkeypatch.setattr(contenders, "wish_to_stop", lambda: nullcontext(event))
+        monkeypatch.setattr(contenders, "tune", tune)
+        return calls
+
+    return arm
+
+
+def test_what_was_complete_outlives_an_interruption(interrupted_at, tmp_path, monkeypatch, capsys):
+    calls = interrupted_at(4)
+    names = ["samson", "lqr", "published", "ramsete"]
+    found = nfopidn.tune_contenders(names, Scenario.published(**SHORT), seeds=2, maxfev=60)
+    assert list(found) == ["samson", "published"]
+    assert len(calls) == 4
+    interrupted_at(3)
+    words = ["--controllers", "samson", "lqr", "--scenarios", "eight", "line", "--tune-each"]
+    words += ["--seeds", "2", "--maxfev", "60"]
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words)
+    assert code == 130
+    assert "| samson" in out
+    assert "lqr" not in out
+    assert "line" not in out
+    assert "interrupted" in err
+    interrupted_at(1)
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words)
+    assert (code, out) == (130, "")
 
 
 def test_a_missing_extra_is_named(monkeypatch):

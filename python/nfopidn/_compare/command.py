@@ -6,11 +6,18 @@ import argparse
 import sys
 from typing import Any
 
-from nfopidn._compare.comparison import METRICS, compare
-from nfopidn._compare.contenders import CONTENDERS, GROUPS, AnyController, tune_contenders
+from nfopidn._compare.comparison import METRICS, Comparison, compare
+from nfopidn._compare.contenders import (
+    CONTENDERS,
+    GROUPS,
+    AnyController,
+    contender_names,
+    tune_contenders,
+)
 from nfopidn._compare.suite import CONDITIONS, path_names, scenario_suite
 from nfopidn._core import Scenario
 from nfopidn._files import check_picture, load_controller, replace_file
+from nfopidn._interrupt import EXIT_INTERRUPTED
 
 DESCRIPTION = """Tunes controllers alike, by the same search with the same budget and seeds, runs
 them on the same scenarios, and prints their costs (eq. 41) and who is ahead."""
@@ -33,9 +40,10 @@ def _scenarios(names: list[str]) -> dict[str, Scenario]:
 
 def _controllers(
     arguments: argparse.Namespace, scenario: Scenario
-) -> dict[str, list[AnyController]]:
+) -> tuple[dict[str, list[AnyController]], bool]:
+    """Load and tune; also whether all are there, and Ctrl-C did not come between."""
     files = [name for name in arguments.controllers if name.endswith(".json")]
-    names = [name for name in arguments.controllers if name not in files]
+    names = contender_names([name for name in arguments.controllers if name not in files])
     loaded: dict[str, list[AnyController]] = {name: [load_controller(name)] for name in files}
     tuned = tune_contenders(
         names,
@@ -43,9 +51,34 @@ def _controllers(
         seeds=arguments.seeds,
         maxfev=arguments.maxfev,
         workers=arguments.workers,
-        progress=not arguments.quiet and sys.stderr.isatty(),
+        progress=_shows_progress(arguments),
     )
-    return {**loaded, **tuned}
+    return {**loaded, **tuned}, len(tuned) == len(names)
+
+
+def _shows_progress(arguments: argparse.Namespace) -> bool:
+    return not arguments.quiet and sys.stderr.isatty()
+
+
+def _result(
+    arguments: argparse.Namespace, scenarios: dict[str, Scenario]
+) -> tuple[Comparison | None, bool]:
+    """Tune and compare; of what Ctrl-C has ended, what is complete."""
+    if not arguments.tune_each:
+        tuned_on = _scenarios([arguments.tune_on])[arguments.tune_on]
+        controllers, complete = _controllers(arguments, tuned_on)
+        if not controllers:
+            return None, complete
+        shown = _shows_progress(arguments)
+        return compare(controllers, scenarios, workers=arguments.workers, progress=shown), complete
+    parts: list[Comparison] = []
+    for name, scenario in scenarios.items():
+        controllers, complete = _controllers(arguments, scenario)
+        if complete or (controllers and not parts):
+            parts.append(compare(controllers, {name: scenario}, workers=arguments.workers))
+        if not complete:
+            return parts[0].join(parts[1:]) if parts else None, False
+    return parts[0].join(parts[1:]), True
 
 
 def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | None]:
@@ -67,21 +100,12 @@ def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | Non
 def _compare(arguments: argparse.Namespace) -> int:
     check_picture(arguments.plot)
     scenarios = _scenarios(arguments.scenarios)
-    if arguments.tune_each:
-        parts = [
-            compare(_controllers(arguments, scenario), {name: scenario}, workers=arguments.workers)
-            for name, scenario in scenarios.items()
-        ]
-        result = parts[0].join(parts[1:])
-    else:
-        tuned_on = _scenarios([arguments.tune_on])[arguments.tune_on]
-        result = compare(
-            _controllers(arguments, tuned_on),
-            scenarios,
-            workers=arguments.workers,
-            progress=not arguments.quiet and sys.stderr.isatty(),
-        )
-    if arguments.optimum:
+    result, complete = _result(arguments, scenarios)
+    if not complete:
+        print("nfopidn: interrupted; the rest is of what was complete", file=sys.stderr)
+    if result is None:
+        return EXIT_INTERRUPTED
+    if arguments.optimum and complete:
         result = result.with_optima(_optima(scenarios, not arguments.quiet))
     texts = [result.to_markdown(metric) for metric in arguments.metric]
     texts += [result.details(name) for name in result.scenarios if arguments.details]
@@ -98,7 +122,7 @@ def _compare(arguments: argparse.Namespace) -> int:
             ranking = result.ranking(name)
             verdict = f"winner {ranking.winner}" if ranking.winner else ranking.reason
             print(f"{name}: {verdict}" if not arguments.details else f"\n{result.details(name)}")
-    return 0
+    return 0 if complete else EXIT_INTERRUPTED
 
 
 def add_compare(commands: Any) -> None:

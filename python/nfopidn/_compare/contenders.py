@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import Event
 from typing import Any
 
 from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._interrupt import wish_to_stop
 from nfopidn._progress import progress as progress_bar
 from nfopidn._tuning import tune
 
@@ -126,7 +128,8 @@ def tune_contenders(
     Returns
     -------
     dict
-        A list of `seeds` controllers for each name; of one that is not tuned, itself.
+        A list of `seeds` controllers for each name; of one that is not tuned, itself. Ctrl-C ends
+        the searches, and only those names are there whose searches were all complete.
 
     Raises
     ------
@@ -137,28 +140,46 @@ def tune_contenders(
     chosen = contender_names(names)
     jobs = [(name, seed) for name in chosen if not CONTENDERS[name].fixed for seed in range(seeds)]
 
-    def search(job: tuple[str, int]) -> AnyController:
-        contender = CONTENDERS[job[0]]
-        found = tune(
+    stopped: set[str] = set()
+
+    def search(job: tuple[str, int]) -> AnyController | None:
+        name, seed = job
+        if stop.is_set():
+            return None
+        contender = CONTENDERS[name]
+        result = tune(
             scenario,
             structure=contender.structure,
             frozen=contender.frozen,
-            rng=job[1],
+            rng=seed,
             maxfev=maxfev,
+            callback=_ends_with(stop),
         )
-        if not found.success:  # Ctrl-C, which tune() answers with the best so far
-            raise KeyboardInterrupt
-        controller: AnyController = found.controller
-        return controller
+        controller: AnyController = result.controller
+        return None if stop.is_set() else controller
 
     found: dict[str, list[AnyController]] = {
         name: [fixed] for name in chosen if (fixed := CONTENDERS[name].fixed)
     }
     with (
+        wish_to_stop() as stop,
         progress_bar("tuning", len(jobs), progress) as report,
         ThreadPoolExecutor(workers) as pool,
     ):
         for done, (job, controller) in enumerate(zip(jobs, pool.map(search, jobs), strict=True)):
-            found.setdefault(job[0], []).append(controller)
+            if controller is None:
+                stopped.add(job[0])
+            else:
+                found.setdefault(job[0], []).append(controller)
             report(done + 1, job[0])
-    return {name: found[name] for name in chosen}
+    return {name: found[name] for name in chosen if name not in stopped}
+
+
+def _ends_with(stop: Event) -> Callable[[Any], None]:
+    """Give a callback that ends a search once the event is set."""
+
+    def callback(_: Any) -> None:
+        if stop.is_set():
+            raise StopIteration
+
+    return callback

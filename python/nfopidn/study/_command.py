@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-EXIT_INTERRUPTED = 130
+from nfopidn._interrupt import EXIT_INTERRUPTED
 
 
 def _study(arguments: argparse.Namespace) -> int:

@@ -10,12 +10,12 @@ from threading import Event
 import numpy as np
 
 from nfopidn._core import Controller, Scenario
+from nfopidn._interrupt import wish_to_stop
 from nfopidn._progress import Report
 from nfopidn._progress import progress as progress_bar
 from nfopidn.study import _motion
 from nfopidn.study._checks import whole_number
 from nfopidn.study._guesses import Guess, guesses, other_turns
-from nfopidn.study._interrupt import wish_to_stop
 from nfopidn.study._motion import STATES, Array
 from nfopidn.study._transcription import Motion, Programme, Solution
 

@@ -7,6 +7,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+#: What a command exits with that Ctrl-C has ended.
+EXIT_INTERRUPTED = 130
+
 
 @contextmanager
 def wish_to_stop() -> Iterator[threading.Event]:
