@@ -234,6 +234,33 @@ def test_wrong_types_are_named():
         nfopidn.simulate(None, "samson")
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda rival: nfopidn.stability.loop(None, rival),
+        lambda rival: nfopidn.stability.margins(rival, speed=0.3),
+        lambda rival: nfopidn.stability.basin(controller=rival),
+        nfopidn.stability.controller,
+        lambda rival: nfopidn.fractional.truncation_report(rival, 0.2),
+        lambda rival: nfopidn.fractional.retune(rival, dt=0.2, new_dt=0.1),
+        lambda rival: nfopidn.export_c(rival, "nowhere"),
+        lambda rival: nfopidn.export_cpp(rival, "nowhere"),
+        nfopidn.plot.weights,
+        nfopidn.plot.z_plane,
+    ],
+)
+def test_what_is_for_nfopidn_alone_says_so(call):
+    with pytest.raises(ValueError, match=r"controller is the rival 'lqr'; must be a Controller"):
+        call(Rival("lqr"))
+
+
+def test_a_rivals_run_has_an_overview():
+    figure = nfopidn.plot.overview(nfopidn.simulate(None, Rival("lqr")))
+    assert figure.get_suptitle().startswith("lqr on ranunculoid")
+    texts = [text.get_text() for ax in figure.axes for text in ax.texts]
+    assert {"tolerance x", "0.7431", "speeds", "measured"} <= set(texts)
+
+
 def test_a_later_version_is_refused():
     document = json.loads(Rival("lqr").to_json())
     document["version"] = 99

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller, Scenario
 from nfopidn._export.c_hardware import hardware_texts
 from nfopidn._export.c_law import law_texts
@@ -71,7 +72,7 @@ def export_c(
         A file cannot be written.
     """
     check_name(name)
-    design = design_of(controller, scenario)
+    design = design_of(no_rival(controller), scenario)
     path = _referenced(scenario, reference)
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
     if hardware:
@@ -124,7 +125,7 @@ def export_cpp(
     check_name(name)
     if name == "nfopidn":
         raise ValueError("name is 'nfopidn', the library's own namespace; choose another")
-    design = design_of(controller, scenario)
+    design = design_of(no_rival(controller), scenario)
     path = _referenced(scenario, reference)
     text = law_text(controller, scenario, design, name, reference=path)
     return write(directory, {f"{name}.hpp": text})

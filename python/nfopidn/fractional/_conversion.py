@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
 
@@ -181,6 +182,7 @@ def retune(
     ValueError
         Names the argument, its value and what is allowed.
     """
+    controller = no_rival(controller)
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.sample_time(dt)

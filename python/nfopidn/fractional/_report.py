@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
 from nfopidn.fractional._discretisation import discretise, worst_errors
@@ -114,6 +115,7 @@ def truncation_report(
     ValueError
         Names the argument, its value and what is allowed.
     """
+    controller = no_rival(controller)
     if controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.sample_time(dt)

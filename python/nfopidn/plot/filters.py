@@ -8,6 +8,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from nfopidn import stability
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller, series_weights
 from nfopidn.plot import style
 from nfopidn.plot.style import Stroke
@@ -67,6 +68,7 @@ def weights(controller: Controller, ax: Axes | None = None) -> Axes:
     ValueError
         If the controller has free taps, that is no orders.
     """
+    controller = no_rival(controller)
     alpha_or_none, sigma_or_none = controller.alpha, controller.sigma
     if alpha_or_none is None or sigma_or_none is None:
         raise ValueError("controller has free taps; its weights have no orders")

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nfopidn._core import SimulationResult
+from nfopidn._core import Rival, SimulationResult
 from nfopidn.plot import runs, style
 
 _METRICS = (
@@ -33,6 +33,9 @@ def _metric_rows(result: SimulationResult) -> list[tuple[str, str, str]]:
 
 def _setting_rows(result: SimulationResult) -> list[tuple[str, str]]:
     controller, trajectory = result.controller, result.scenario.trajectory
+    if isinstance(controller, Rival):
+        own = [(name.replace("_", " "), f"{x:.4g}") for name, x in controller.parameters.items()]
+        return [("heading", trajectory.heading), ("speeds", controller.speeds), *own]
     allocation = controller.allocation
     return [
         ("heading", trajectory.heading),
@@ -100,8 +103,10 @@ def overview(result: SimulationResult, fig: Figure | None = None) -> Figure:
         fig.set_layout_engine("constrained", w_pad=0.08, h_pad=0.08)
     trajectory = result.scenario.trajectory
     path_name = "a path" if trajectory.name == "samples" else trajectory.name.replace("_", " ")
+    controller = result.controller
+    name = controller.law if isinstance(controller, Rival) else "NFOPIDN"
     title = (
-        f"NFOPIDN on {path_name}, {len(trajectory)} samples of "
+        f"{name} on {path_name}, {len(trajectory)} samples of "
         f"{trajectory.dt:.4g} s:  E = {result.cost:.6g}"
     )
     if result.diverged_at is not None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller, Scenario
 
 Array = NDArray[np.float64]
@@ -130,7 +131,7 @@ def basin(
     (3, 3)
     """
     scenario = Scenario.published(rng=0) if scenario is None else scenario
-    controller = Controller.published() if controller is None else controller
+    controller = Controller.published() if controller is None else no_rival(controller)
     path = scenario.trajectory
     start = scenario.initial_pose or (path.x[0], path.y[0], path.theta[0])
     x_axis, y_axis = _axis("x", x, float(path.x[0])), _axis("y", y, float(path.y[0]))

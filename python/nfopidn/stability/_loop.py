@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller, Scenario, Trajectory
 
 Array = NDArray[np.float64]
@@ -290,7 +291,7 @@ def loop(scenario: Scenario | None = None, controller: Controller | None = None)
     unstable
     """
     scenario = Scenario.published(rng=0) if scenario is None else scenario
-    controller = Controller.published() if controller is None else controller
+    controller = Controller.published() if controller is None else no_rival(controller)
     found = _core.analyse_loop(scenario, controller)
     lost = found["verdict"] == "no_orbit"
     switches = {

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn._checks import no_rival
 from nfopidn._core import Controller, series_weights
 
 Place = Literal["inside", "on", "outside"]
@@ -140,6 +141,7 @@ def controller(controller: Controller) -> ControllerStability:
     >>> print(nfopidn.stability.controller(incremental).verdict)
     critically stable
     """
+    controller = no_rival(controller)
     sums = controller.form == "incremental"
     planes = [_filter(taps, sums) for taps in controller.taps]
     return ControllerStability(*planes)
