@@ -104,9 +104,9 @@ class ModeBank {
       std::fill(std::begin(block.state), std::end(block.state), 0.0);
   }
 
-  double step(double coming, double leaving) {
+  double step(double coming, double ending) {
     return wide::loops().advance(modes_.data(), static_cast<long>(modes_.size()), ending_, coming,
-                                 leaving);
+                                 ending);
   }
 
  private:
@@ -171,19 +171,19 @@ class LongMemory {
     return (pair(0) + pair(2)) + (pair(1) + pair(3));
   }
 
-  // The modes' share: `leaving` has left the exact taps.
-  double tail(double leaving) {
+  // The modes' share: `coming` has left the exact taps.
+  double tail(double coming) {
     double ending = 0;
     if (!past_.empty()) {
       ending = past_[past_head_];
-      past_[past_head_] = leaving;
+      past_[past_head_] = coming;
       past_head_ = past_head_ + 1 == past_.size() ? 0 : past_head_ + 1;
     }
     // The minus modes run as plus modes of the samples times (-1)^n.
     turn_ = -turn_;
     const double ending_turn = past_.size() % 2 == 0 ? turn_ : -turn_;
-    return plus_.step(leaving, ending) +
-           turn_ * minus_.step(turn_ * leaving, ending_turn * ending) + kernel_.final_tap * ending;
+    return plus_.step(coming, ending) +
+           turn_ * minus_.step(turn_ * coming, ending_turn * ending) + kernel_.final_tap * ending;
   }
 
   LongKernel kernel_;

@@ -55,7 +55,7 @@ inline constexpr Loops plain = {anywhere::dot, anywhere::advance};
 inline const Loops& loops() noexcept {
 #if defined(__x86_64__)
   static const Loops fastest =
-      __builtin_cpu_supports("avx2") != 0 ? Loops{avx2::dot, avx2::advance} : plain;
+      static_cast<bool>(__builtin_cpu_supports("avx2")) ? Loops{avx2::dot, avx2::advance} : plain;
   return fastest;
 #else
   return plain;

@@ -3,8 +3,8 @@
 
 namespace nfopidn::wide::NFOPIDN_WIDE_SET {
 
-constexpr int numbers = NFOPIDN_WIDE_NUMBERS;
-constexpr int parts = 8 / numbers;
+constexpr long numbers = NFOPIDN_WIDE_NUMBERS;
+constexpr long parts = 8 / numbers;
 using Part = double __attribute__((vector_size(8 * NFOPIDN_WIDE_NUMBERS)));
 
 inline __attribute__((always_inline)) Part load(const double* from) {
@@ -25,24 +25,24 @@ inline double dot(const double* a, const double* b, long count) {
   Part even[parts] = {}, odd[parts] = {};
   long i = 0;
   for (; i + 8 < count; i += 16) {
-    for (int n = 0; n < parts; ++n) {
+    for (long n = 0; n < parts; ++n) {
       even[n] += load(a + i + n * numbers) * load(b + i + n * numbers);
       odd[n] += load(a + i + 8 + n * numbers) * load(b + i + 8 + n * numbers);
     }
   }
   if (i < count) {
-    for (int n = 0; n < parts; ++n) {
+    for (long n = 0; n < parts; ++n) {
       even[n] += load(a + i + n * numbers) * load(b + i + n * numbers);
     }
   }
-  for (int n = 0; n < parts; ++n) even[n] += odd[n];
+  for (long n = 0; n < parts; ++n) even[n] += odd[n];
   return sum(even);
 }
 
 // As x - decay x + ...: the slowest 1 - decay could not be told from 1.
 inline double advance(Modes* const modes, long count, long ending, double coming, double leaving) {
   Part total[parts] = {};
-  const auto move = [&](Modes& block, int n, const Part& input) {
+  const auto move = [&](Modes& block, long n, const Part& input) {
     double* const state = block.state + n * numbers;
     const Part before = load(state);
     const Part now = (input - load(block.decay + n * numbers) * before) + before;
@@ -50,13 +50,13 @@ inline double advance(Modes* const modes, long count, long ending, double coming
     total[n] += now;
   };
   for (long i = 0; i < ending; ++i) {
-    for (int n = 0; n < parts; ++n) {
-      const int at = n * numbers;
+    for (long n = 0; n < parts; ++n) {
+      const long at = n * numbers;
       move(modes[i], n, load(modes[i].residue + at) * coming - load(modes[i].end + at) * leaving);
     }
   }
   for (long i = ending; i < count; ++i) {
-    for (int n = 0; n < parts; ++n)
+    for (long n = 0; n < parts; ++n)
       move(modes[i], n, load(modes[i].residue + n * numbers) * coming);
   }
   return sum(total);
