@@ -1,6 +1,7 @@
 // L3. Bacterial foraging as Passino published it (eqs. 37-40, steps 1-9).
 #pragma once
 
+#include "nfopidn/exponentials.hpp"
 #include "nfopidn/search.hpp"
 
 namespace nfopidn {
@@ -191,20 +192,14 @@ class Bfoa {
     return sum;
   }
 
-  // Of squared distances in attraction_ makes both signals there. A loop of their own, without
-  // branches, in which the compiler takes several cells at once.
+  // Of squared distances in attraction_ makes both signals.
   void signals() {
-    using M = math<double>;
-    const Eigen::Index count = attraction_.size();
-    repulsion_.resize(count);
-    double* const attraction = attraction_.data();
-    double* const repulsion = repulsion_.data();
-    const BfoaOptions options = options_;
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const double square = attraction[i];
-      repulsion[i] = options.repellent_height * M::exponential(-options.repellent_width * square);
-      attraction[i] = options.attractant_depth * M::exponential(-options.attractant_width * square);
-    }
+    repulsion_ = -options_.repellent_width * attraction_;
+    attraction_ *= -options_.attractant_width;
+    exponentials(repulsion_.data(), repulsion_.size());
+    exponentials(attraction_.data(), attraction_.size());
+    repulsion_ *= options_.repellent_height;
+    attraction_ *= options_.attractant_depth;
   }
 
   // J_cc of every cell among all. A pair's signals are the same from either side.
