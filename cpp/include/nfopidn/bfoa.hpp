@@ -3,6 +3,7 @@
 
 #include "nfopidn/exponentials.hpp"
 #include "nfopidn/search.hpp"
+#include "nfopidn/squared_distances.hpp"
 
 namespace nfopidn {
 
@@ -76,7 +77,6 @@ class Bfoa {
     swarm_all();
     health_ = costs_ + crowding_;
     for (int j = 0; j < options_.chemotactic_steps && !search_.done(); ++j) {
-      snapshot_ = cells_;
       step_all();
       swarm_all();
       health_ += costs_ + crowding_;
@@ -101,7 +101,7 @@ class Bfoa {
       }
       std::size_t improved = 0;
       for (const Eigen::Index i : swimming_) {
-        const double now = costs_(i) + swarm(cells_.col(i), snapshot_);
+        const double now = costs_(i) + swarm(cells_.col(i));
         if (!(now < last_(i))) continue;
         last_(i) = now;
         swimming_[improved++] = i;
@@ -178,17 +178,14 @@ class Bfoa {
     return options_.attractant_depth != 0 || options_.repellent_height != 0;
   }
 
-  // J_cc (eq. 38) of a cell among others at given places.
-  double swarm(const Column& cell, const Points& others) {
+  // J_cc (eq. 38) of a cell among all at the start of the chemotactic step.
+  double swarm(const Column& cell) {
     if (!is_swarming()) return 0;
-    const Eigen::Index count = others.cols();
-    attraction_.resize(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      attraction_(i) = (cell - others.col(i)).squaredNorm();
-    }
+    attraction_.resize(cells_.cols());
+    distances_.of(cell.data(), attraction_.data());
     signals();
     double sum = 0;
-    for (Eigen::Index i = 0; i < count; ++i) sum += repulsion_(i) - attraction_(i);
+    for (Eigen::Index i = 0; i < attraction_.size(); ++i) sum += repulsion_(i) - attraction_(i);
     return sum;
   }
 
@@ -202,17 +199,18 @@ class Bfoa {
     attraction_ *= options_.attractant_depth;
   }
 
-  // J_cc of every cell among all. A pair's signals are the same from either side.
+  // J_cc of every cell among all, where they are now: their places at the start of the next
+  // chemotactic step too. A pair's signals are the same from either side.
   void swarm_all() {
     const Eigen::Index count = cells_.cols();
     crowding_ = Eigen::VectorXd::Zero(count);
     if (!is_swarming()) return;
     attraction_.resize(count * (count + 1) / 2);
-    Eigen::Index pair = 0;
+    distances_.set_places(cells_);
+    row_.resize(count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      for (Eigen::Index k = 0; k <= i; ++k) {
-        attraction_(pair++) = (cells_.col(i) - cells_.col(k)).squaredNorm();
-      }
+      distances_.of(cells_.col(i).data(), row_.data());
+      attraction_.segment(i * (i + 1) / 2, i + 1) = row_.head(i + 1);
     }
     signals();
     for (Eigen::Index i = 0; i < count; ++i) {
@@ -263,7 +261,7 @@ class Bfoa {
   Eigen::VectorXd crowding_;  // J_cc of each cell among all, where they are now
 
   // Of the present chemotactic step; members, so that they are allocated once.
-  Points snapshot_, directions_;
+  Points directions_;
   Eigen::VectorXd last_;                // the cost with J_cc that a cell's swim has to beat
   std::vector<Eigen::Index> swimming_;  // the cells that still move
   Points ahead_;           // moves looked_from_ .. looked_to_ - 1 of looked_ cells, move by move
@@ -272,7 +270,8 @@ class Bfoa {
   Eigen::Index looked_ = 0;
   int looked_from_ = 0;
   int looked_to_ = 0;
-  Eigen::VectorXd attraction_, repulsion_;
+  SquaredDistances distances_;  // to the cells at the start of the step
+  Eigen::VectorXd attraction_, repulsion_, row_;
 };
 
 }  // namespace nfopidn
