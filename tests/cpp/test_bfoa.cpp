@@ -91,6 +91,19 @@ TEST(BfoaGolden, EveryStepIsTheReferences) {
   }
 }
 
+TEST(Exponentials, AreTheScalarOnesToTheLastBit) {
+  std::vector<double> values = {0, -0.0, 1e-300, 700, -700, 1e4, -1e4};
+  Random random(3);
+  for (int i = 0; i < 1000; ++i) values.push_back(50 * random.normal());
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, values.size()}) {
+    std::vector<double> powers(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+    exponentials(powers.data(), static_cast<std::ptrdiff_t>(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(powers[i], math<double>::exponential(values[i])) << values[i];
+    }
+  }
+}
+
 TEST(BfoaGolden, RefusesOddCells) {
   BfoaOptions options;
   EXPECT_EQ(check_options(options).status, Status::ok);

@@ -1,7 +1,9 @@
 // L3. Bacterial foraging as Passino published it (eqs. 37-40, steps 1-9).
 #pragma once
 
+#include "nfopidn/exponentials.hpp"
 #include "nfopidn/search.hpp"
+#include "nfopidn/squared_distances.hpp"
 
 namespace nfopidn {
 
@@ -72,12 +74,11 @@ class Bfoa {
  private:
   // A lifetime: N_c chemotactic steps. Health has a term a step, and the start's (eq. 40).
   void live(int l, int k) {
-    crowding_ = swarm_all(cells_);
+    swarm_all();
     health_ = costs_ + crowding_;
     for (int j = 0; j < options_.chemotactic_steps && !search_.done(); ++j) {
-      const Points snapshot = cells_;
-      step_all(snapshot);
-      crowding_ = swarm_all(cells_);
+      step_all();
+      swarm_all();
       health_ += costs_ + crowding_;
       search_.note(l, k, j, cells_, costs_, options_.step);
     }
@@ -85,89 +86,140 @@ class Bfoa {
 
   // Cells do not see each other move within a step, so they may move together: first every tumble,
   // then the swims of those that still improve.
-  void step_all(const Points& snapshot) {
-    const Points directions = tumble();
-    Points ahead(cells_.rows(), cells_.cols() * (1 + options_.swims));
-    Eigen::VectorXd known;
-    if (search_.objective().is_cheap()) {
-      for (Eigen::Index i = 0; i < cells_.cols(); ++i)
-        ahead.col(i) = moved(cells_.col(i), directions.col(i));
-      for (Eigen::Index place = cells_.cols(); place < ahead.cols(); ++place) {
-        ahead.col(place) =
-            moved(ahead.col(place - cells_.cols()), directions.col(place % cells_.cols()));
+  void step_all() {
+    tumble();
+    last_ = costs_ + crowding_;
+    swimming_.clear();
+    for (Eigen::Index i = 0; i < cells_.cols(); ++i) swimming_.push_back(i);
+    looked_to_ = 0;
+    for (int m = 0; m <= options_.swims && !swimming_.empty() && !search_.done(); ++m) {
+      if (search_.objective().is_cheap()) {
+        if (m == looked_to_) look_ahead(m);
+        move_as_looked_up(m);
+      } else {
+        move();
       }
-      known = search_.look(ahead);
-    }
-    Eigen::VectorXd last = costs_ + crowding_;
-    std::vector<Eigen::Index> swimming;
-    for (Eigen::Index i = 0; i < cells_.cols(); ++i) swimming.push_back(i);
-    for (int m = 0; m <= options_.swims && !swimming.empty() && !search_.done(); ++m) {
-      move(swimming, directions, known, m);
-      std::vector<Eigen::Index> improved;
-      for (const Eigen::Index i : swimming) {
-        const double now = costs_(i) + swarm(cells_.col(i), snapshot);
-        if (!(now < last(i))) continue;
-        last(i) = now;
-        improved.push_back(i);
+      std::size_t improved = 0;
+      for (const Eigen::Index i : swimming_) {
+        const double now = costs_(i) + swarm(cells_.col(i));
+        if (!(now < last_(i))) continue;
+        last_(i) = now;
+        swimming_[improved++] = i;
       }
-      swimming = std::move(improved);
+      swimming_.resize(improved);
     }
   }
 
-  // Moves the named cells one step ahead and evaluates them, or takes what was looked up.
-  void move(const std::vector<Eigen::Index>& moving, const Points& directions,
-            const Eigen::VectorXd& known, int m) {
-    Points next(cells_.rows(), static_cast<Eigen::Index>(moving.size()));
-    for (std::size_t n = 0; n < moving.size(); ++n) {
-      next.col(static_cast<Eigen::Index>(n)) =
-          moved(cells_.col(moving[n]), directions.col(moving[n]));
+  // Looks up the moves from the m-th on: of all cells the tumble and the first swim, as about half
+  // of them get no further; of those that do, all the rest.
+  void look_ahead(int m) {
+    constexpr int first_moves = 2;
+    const int moves = options_.swims + 1;
+    looked_from_ = m;
+    looked_to_ = m == 0 ? std::min(first_moves, moves) : moves;
+    looked_ = static_cast<Eigen::Index>(swimming_.size());
+    ahead_.resize(cells_.rows(), looked_ * (looked_to_ - m));
+    place_.resize(static_cast<std::size_t>(cells_.cols()));
+    for (Eigen::Index n = 0; n < looked_; ++n) {
+      const Eigen::Index i = swimming_[static_cast<std::size_t>(n)];
+      place_[static_cast<std::size_t>(i)] = n;
+      move_ahead(cells_.col(i), i, ahead_.col(n));
+      for (Eigen::Index column = n + looked_; column < ahead_.cols(); column += looked_) {
+        move_ahead(ahead_.col(column - looked_), i, ahead_.col(column));
+      }
     }
-    Eigen::VectorXd costs;
-    if (known.size() == 0) costs = search_.evaluate(next);
-    for (std::size_t n = 0; n < moving.size(); ++n) {
+    known_ = search_.look(ahead_);
+  }
+
+  // Moves the swimming cells one step ahead, as looked up.
+  void move_as_looked_up(int m) {
+    for (const Eigen::Index i : swimming_) {
+      const Eigen::Index column =
+          (m - looked_from_) * looked_ + place_[static_cast<std::size_t>(i)];
+      if (!search_.count(ahead_.col(column), known_(column))) return;
+      cells_.col(i) = ahead_.col(column);
+      costs_(i) = known_(column);
+    }
+  }
+
+  // Moves the swimming cells one step ahead and evaluates them.
+  void move() {
+    ahead_.resize(cells_.rows(), static_cast<Eigen::Index>(swimming_.size()));
+    for (std::size_t n = 0; n < swimming_.size(); ++n) {
+      move_ahead(cells_.col(swimming_[n]), swimming_[n], ahead_.col(static_cast<Eigen::Index>(n)));
+    }
+    known_ = search_.evaluate(ahead_);
+    for (std::size_t n = 0; n < swimming_.size(); ++n) {
       const auto column = static_cast<Eigen::Index>(n);
-      const double cost = known.size() == 0 ? costs(column) : known(m * cells_.cols() + moving[n]);
-      if (known.size() != 0 && !search_.count(next.col(column), cost)) return;
-      if (known.size() == 0 && search_.done() && std::isinf(cost)) continue;
-      cells_.col(moving[n]) = next.col(column);
-      costs_(moving[n]) = cost;
+      if (search_.done() && std::isinf(known_(column))) continue;
+      cells_.col(swimming_[n]) = ahead_.col(column);
+      costs_(swimming_[n]) = known_(column);
     }
   }
 
   using Column = Eigen::Ref<const Point>;
 
-  Point moved(const Column& cell, const Column& direction) const {
-    return clip_to_box(cell + options_.step * direction);
+  // From a place, in the direction of cell i.
+  void move_ahead(const Column& from, Eigen::Index i, Eigen::Ref<Point> to) const {
+    to = (from + options_.step * directions_.col(i)).cwiseMax(0).cwiseMin(1);
   }
 
   // A direction for each cell: uniform in [-1, 1]^p, then of length 1.
-  Points tumble() {
-    Points directions(cells_.rows(), cells_.cols());
-    for (Eigen::Index i = 0; i < directions.cols(); ++i) {
-      for (double& component : directions.col(i)) component = search_.random.uniform(-1, 1);
-      const double length = directions.col(i).norm();
-      if (length > 0) directions.col(i) /= length;
+  void tumble() {
+    directions_.resize(cells_.rows(), cells_.cols());
+    for (Eigen::Index i = 0; i < directions_.cols(); ++i) {
+      for (double& component : directions_.col(i)) component = search_.random.uniform(-1, 1);
+      const double length = directions_.col(i).norm();
+      if (length > 0) directions_.col(i) /= length;
     }
-    return directions;
   }
 
-  // J_cc (eq. 38) of a cell among others at given places.
-  double swarm(const Column& cell, const Points& others) const {
-    using M = math<double>;
-    if (options_.attractant_depth == 0 && options_.repellent_height == 0) return 0;
+  bool is_swarming() const {
+    return options_.attractant_depth != 0 || options_.repellent_height != 0;
+  }
+
+  // J_cc (eq. 38) of a cell among all at the start of the chemotactic step.
+  double swarm(const Column& cell) {
+    if (!is_swarming()) return 0;
+    attraction_.resize(cells_.cols());
+    distances_.of(cell.data(), attraction_.data());
+    signals();
     double sum = 0;
-    for (Eigen::Index i = 0; i < others.cols(); ++i) {
-      const double square = (cell - others.col(i)).squaredNorm();
-      sum += options_.repellent_height * M::exponential(-options_.repellent_width * square) -
-             options_.attractant_depth * M::exponential(-options_.attractant_width * square);
-    }
+    for (Eigen::Index i = 0; i < attraction_.size(); ++i) sum += repulsion_(i) - attraction_(i);
     return sum;
   }
 
-  Eigen::VectorXd swarm_all(const Points& cells) const {
-    Eigen::VectorXd values(cells.cols());
-    for (Eigen::Index i = 0; i < cells.cols(); ++i) values(i) = swarm(cells.col(i), cells);
-    return values;
+  // Of squared distances in attraction_ makes both signals.
+  void signals() {
+    repulsion_ = -options_.repellent_width * attraction_;
+    attraction_ *= -options_.attractant_width;
+    exponentials(repulsion_.data(), repulsion_.size());
+    exponentials(attraction_.data(), attraction_.size());
+    repulsion_ *= options_.repellent_height;
+    attraction_ *= options_.attractant_depth;
+  }
+
+  // J_cc of every cell among all, where they are now: their places at the start of the next
+  // chemotactic step too. A pair's signals are the same from either side.
+  void swarm_all() {
+    const Eigen::Index count = cells_.cols();
+    crowding_ = Eigen::VectorXd::Zero(count);
+    if (!is_swarming()) return;
+    attraction_.resize(count * (count + 1) / 2);
+    distances_.set_places(cells_);
+    row_.resize(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      distances_.of(cells_.col(i).data(), row_.data());
+      attraction_.segment(i * (i + 1) / 2, i + 1) = row_.head(i + 1);
+    }
+    signals();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::Index later = std::max(i, k);
+        const Eigen::Index place = later * (later + 1) / 2 + std::min(i, k);
+        crowding_(i) += repulsion_(place) - attraction_(place);
+      }
+    }
   }
 
   // The healthier half splits, the other half dies.
@@ -207,6 +259,19 @@ class Bfoa {
   Points cells_;
   Eigen::VectorXd costs_, health_;
   Eigen::VectorXd crowding_;  // J_cc of each cell among all, where they are now
+
+  // Of the present chemotactic step; members, so that they are allocated once.
+  Points directions_;
+  Eigen::VectorXd last_;                // the cost with J_cc that a cell's swim has to beat
+  std::vector<Eigen::Index> swimming_;  // the cells that still move
+  Points ahead_;           // moves looked_from_ .. looked_to_ - 1 of looked_ cells, move by move
+  Eigen::VectorXd known_;  // their costs
+  std::vector<Eigen::Index> place_;  // of each cell among the looked_
+  Eigen::Index looked_ = 0;
+  int looked_from_ = 0;
+  int looked_to_ = 0;
+  SquaredDistances distances_;  // to the cells at the start of the step
+  Eigen::VectorXd attraction_, repulsion_, row_;
 };
 
 }  // namespace nfopidn

@@ -121,46 +121,45 @@ class BfoaPlus {
   // One chemotactic step of every cell.
   void forage() {
     const Eigen::Index count = cells_.cols();
-    const std::vector<Eigen::Index> order = ranking(costs_);
-    Points places(cells_.rows(), count);
-    std::vector<Move> moves(static_cast<std::size_t>(count));
-    Eigen::VectorXd reach(count), share(count);
+    gather_colonies();
+    places_.resize(cells_.rows(), count);
+    moves_.resize(static_cast<std::size_t>(count));
+    reaches_.resize(count);
+    shares_.resize(count);
     for (Eigen::Index k = 0; k < count; ++k) {
-      Move& move = moves[static_cast<std::size_t>(k)];
+      Move& move = moves_[static_cast<std::size_t>(k)];
       if (swimming_[static_cast<std::size_t>(k)] != 0) {
         move = Move::swim;
-        places.col(k) = clip_to_box(cells_.col(k) + headings_.col(k));
+        places_.col(k) = (cells_.col(k) + headings_.col(k)).cwiseMax(0).cwiseMin(1);
       } else if (uniform() < options_.differential_share) {
         move = Move::differential;
-        places.col(k) = differential(k, order, reach(k), share(k));
+        differential(k, reaches_(k), shares_(k), places_.col(k));
       } else {
         move = Move::sparse;
-        places.col(k) = clip_to_box(cells_.col(k) + sparse(steps_(k)));
+        places_.col(k) = (cells_.col(k) + sparse(steps_(k))).cwiseMax(0).cwiseMin(1);
       }
     }
-    const Eigen::VectorXd costs = search_.evaluate(places);
-    settle(places, costs, moves, reach, share);
+    settle(search_.evaluate(places_));
   }
 
   // Moves the cells that found better, and learns from it.
-  void settle(const Points& places, const Eigen::VectorXd& costs, const std::vector<Move>& moves,
-              const Eigen::VectorXd& reach, const Eigen::VectorXd& share) {
+  void settle(const Eigen::VectorXd& costs) {
     double reach_sum = 0, reach_squares = 0, share_sum = 0, successes = 0;
     for (Eigen::Index k = 0; k < cells_.cols(); ++k) {
-      const Move move = moves[static_cast<std::size_t>(k)];
+      const Move move = moves_[static_cast<std::size_t>(k)];
       const bool better = costs(k) < costs_(k);
       if (better) {
-        headings_.col(k) = places.col(k) - cells_.col(k);
-        cells_.col(k) = places.col(k);
+        headings_.col(k) = places_.col(k) - cells_.col(k);
+        cells_.col(k) = places_.col(k);
         costs_(k) = costs(k);
       }
       swimming_[static_cast<std::size_t>(k)] = better && move != Move::differential ? 1 : 0;
       if (move == Move::sparse) {
         steps_(k) = std::min(0.5, std::max(1e-6, steps_(k) * (better ? 1.6 : 0.9)));
       } else if (move == Move::differential && better) {
-        reach_sum += reach(k);
-        reach_squares += reach(k) * reach(k);
-        share_sum += share(k);
+        reach_sum += reaches_(k);
+        reach_squares += reaches_(k) * reaches_(k);
+        share_sum += shares_(k);
         successes += 1;
       }
     }
@@ -169,24 +168,23 @@ class BfoaPlus {
     share_ = 0.9 * share_ + 0.1 * share_sum / successes;
   }
 
-  // The cells of k's colony, in the order given.
-  std::vector<Eigen::Index> colony(Eigen::Index k, const std::vector<Eigen::Index>& order) const {
+  // The cells of each colony, from best to worst.
+  void gather_colonies() {
     const Eigen::Index most = std::max<Eigen::Index>(1, cells_.cols() / 4);
     // Without gradients no descent follows that would make use of several valleys.
     const int wanted = search_.objective().has_gradient() ? options_.colonies : 1;
-    const Eigen::Index colonies = std::min<Eigen::Index>(wanted, most);
-    std::vector<Eigen::Index> own;
-    for (const Eigen::Index i : order) {
-      if (i % colonies == k % colonies) own.push_back(i);
-    }
-    return own;
+    colonies_.resize(static_cast<std::size_t>(std::min<Eigen::Index>(wanted, most)));
+    for (std::vector<Eigen::Index>& colony : colonies_) colony.clear();
+    for (const Eigen::Index i : ranking(costs_)) colony_of(i).push_back(i);
+  }
+  std::vector<Eigen::Index>& colony_of(Eigen::Index k) {
+    return colonies_[static_cast<std::size_t>(k) % colonies_.size()];
   }
 
   // Towards one of the colony's best fifth and along the difference of two of its cells, in some
   // coordinates.
-  Point differential(Eigen::Index k, const std::vector<Eigen::Index>& order, double& reach,
-                     double& share) {
-    const std::vector<Eigen::Index> mates = colony(k, order);
+  void differential(Eigen::Index k, double& reach, double& share, Eigen::Ref<Point> place) {
+    const std::vector<Eigen::Index>& mates = colony_of(k);
     const auto count = static_cast<Eigen::Index>(mates.size());
     const auto any = [&] { return mates[static_cast<std::size_t>(pick(count))]; };
     do {
@@ -201,27 +199,28 @@ class BfoaPlus {
     Eigen::Index a = k, b = k;
     while (a == k) a = any();
     while (b == k || b == a) b = any();
-    const Point own = cells_.col(k);
-    const Point target =
-        own + reach * (cells_.col(leader) - own) + reach * (cells_.col(a) - cells_.col(b));
-    Point place = own;
-    const Eigen::Index always = pick(own.size());
-    for (Eigen::Index i = 0; i < own.size(); ++i) {
+    const double* const own = cells_.col(k).data();
+    const double* const best = cells_.col(leader).data();
+    const double* const from = cells_.col(b).data();
+    const double* const to = cells_.col(a).data();
+    place = cells_.col(k);
+    const Eigen::Index always = pick(place.size());
+    for (Eigen::Index i = 0; i < place.size(); ++i) {
       if (i != always && uniform() >= share) continue;
+      const double target = own[i] + reach * (best[i] - own[i]) + reach * (to[i] - from[i]);
       // Half way to the wall it would have passed.
-      place(i) = target(i) < 0 ? own(i) / 2 : (target(i) > 1 ? (1 + own(i)) / 2 : target(i));
+      place(i) = target < 0 ? own[i] / 2 : (target > 1 ? (1 + own[i]) / 2 : target);
     }
-    return place;
   }
 
   // A step in 1 to 3 coordinates.
-  Point sparse(double size) {
-    Point step = Point::Zero(search_.dimension());
+  const Point& sparse(double size) {
+    sparse_step_.setZero(search_.dimension());
     const Eigen::Index coordinates = 1 + pick(3);
     for (Eigen::Index n = 0; n < coordinates; ++n) {
-      step(pick(step.size())) = size * search_.random.normal();
+      sparse_step_(pick(sparse_step_.size())) = size * search_.random.normal();
     }
-    return step;
+    return sparse_step_;
   }
 
   // Descents from the best cells that are apart, then from jumps off the best point.
@@ -279,6 +278,13 @@ class BfoaPlus {
   std::vector<unsigned char> swimming_;
   double reach_ = 0.5;  // of the differential tumbles, learnt
   double share_ = 0.6;  // of coordinates they change, learnt
+
+  // Of the present chemotactic step; members, so that they are allocated once.
+  std::vector<std::vector<Eigen::Index>> colonies_;
+  Points places_;
+  std::vector<Move> moves_;
+  Eigen::VectorXd reaches_, shares_;  // of the differential tumbles
+  Point sparse_step_;
 };
 
 }  // namespace nfopidn

@@ -36,15 +36,20 @@ struct Box {
   Point low, high, bend;
 
   Eigen::Index dimension() const { return low.size(); }
-  Points to_user(const Points& unit) const {
-    Points points = unit;
+  Points to_user(const Eigen::Ref<const Points>& unit) const {
+    Points points;
+    to_user(unit, points);
+    return points;
+  }
+  // The same into `points`, which keeps its memory where the size is the same.
+  void to_user(const Eigen::Ref<const Points>& unit, Points& points) const {
+    points.resize(unit.rows(), unit.cols());
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
       for (Eigen::Index i = 0; i < points.rows(); ++i) {
         const double u = unit(i, j);
         points(i, j) = low(i) + (high(i) - low(i)) * (bend(i) == 2 ? u * u : u);
       }
     }
-    return points;
   }
   Point to_unit(const Point& point) const {
     Point unit(point.size());
@@ -141,7 +146,7 @@ class Search {
   }
 
   // Costs of unit points; infinite for those that the budget no longer reaches.
-  Eigen::VectorXd evaluate(const Points& unit) {
+  Eigen::VectorXd evaluate(const Eigen::Ref<const Points>& unit) {
     Eigen::VectorXd costs = look(unit);
     for (Eigen::Index j = 0; j < unit.cols(); ++j) {
       if (!count(unit.col(j), costs(j))) {
@@ -153,19 +158,21 @@ class Search {
   }
 
   // Costs without counting: for points that may turn out not to be wanted. count() those that are.
-  Eigen::VectorXd look(const Points& unit) {
+  Eigen::VectorXd look(const Eigen::Ref<const Points>& unit) {
     Eigen::VectorXd costs =
         Eigen::VectorXd::Constant(unit.cols(), std::numeric_limits<double>::infinity());
     if (check_limits()) return costs;
     const Eigen::Index reached =
         objective_.is_cheap() ? unit.cols() : std::min<Eigen::Index>(unit.cols(), left());
-    answer(costs.data(), static_cast<std::size_t>(reached),
-           [&] { objective_.costs(box_.to_user(unit.leftCols(reached)), costs.data()); });
+    answer(costs.data(), static_cast<std::size_t>(reached), [&] {
+      box_.to_user(unit.leftCols(reached), asked_);
+      objective_.costs(asked_, costs.data());
+    });
     return costs;
   }
 
   // Counts one evaluation. False, and nothing is counted, when the search is over.
-  bool count(const Point& unit, double cost) {
+  bool count(const Eigen::Ref<const Point>& unit, double cost) {
     if (done_) return false;
     if (left() <= 0) return stop(StopReason::evaluations);
     ++result.evaluations;
@@ -203,7 +210,7 @@ class Search {
             const Eigen::VectorXd& costs, double step) {
     result.history.push_back(
         {dispersal, reproduction, chemotaxis, result.evaluations, result.cost, costs.mean(), step});
-    result.population = box_.to_user(cells);
+    box_.to_user(cells, result.population);
     result.population_costs = costs;
     if (!done_ && callback_ && !callback_(result)) stop(StopReason::callback);
   }
@@ -218,7 +225,10 @@ class Search {
   bool check_limits() {
     if (left() <= 0) stop(StopReason::evaluations);
     // Whatever the time, there is a first point to show for it.
-    if (!done_ && result.evaluations > 0 && elapsed() >= limits_.seconds) stop(StopReason::time);
+    if (!done_ && result.evaluations > 0 && std::isfinite(limits_.seconds) &&
+        elapsed() >= limits_.seconds) {
+      stop(StopReason::time);
+    }
     return done_;
   }
 
@@ -242,6 +252,7 @@ class Search {
   Callback callback_;
   std::vector<double> record_;
   std::vector<double> replay_;
+  Points asked_;  // the points before the objective, in its own units
   bool done_ = false;
 };
 
