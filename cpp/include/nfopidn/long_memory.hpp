@@ -182,8 +182,8 @@ class LongMemory {
     // The minus modes run as plus modes of the samples times (-1)^n.
     turn_ = -turn_;
     const double ending_turn = past_.size() % 2 == 0 ? turn_ : -turn_;
-    return plus_.step(coming, ending) +
-           turn_ * minus_.step(turn_ * coming, ending_turn * ending) + kernel_.final_tap * ending;
+    return plus_.step(coming, ending) + turn_ * minus_.step(turn_ * coming, ending_turn * ending) +
+           kernel_.final_tap * ending;
   }
 
   LongKernel kernel_;
