@@ -204,9 +204,11 @@ TEST(Lqr, SolvesTheRiccatiEquation) {
     const Eigen::Matrix2d rest =
         a.transpose() * p * a - p + q - reply * reply.transpose() / (r + b.dot(p * b));
     EXPECT_LT(rest.norm(), 1e-11 * p.norm());
-    // And it is the stabilising solution.
+    // And it is the stabilising solution, by Jury's conditions.
     const Eigen::Matrix2d closed = a - b * (b.transpose() * p * a) / (r + b.dot(p * b));
-    EXPECT_LT(closed.eigenvalues().cwiseAbs().maxCoeff(), 1);
+    const double product = closed(0, 0) * closed(1, 1) - closed(0, 1) * closed(1, 0);
+    EXPECT_LT(std::fabs(product), 1);
+    EXPECT_LT(std::fabs(closed.trace()), 1 + product);
   }
 }
 

@@ -1,6 +1,7 @@
 // L4. All rivals, by name. A new one is a header, and a line in Laws.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -89,16 +90,40 @@ inline std::vector<ParameterBounds> law_bounds(std::size_t law) {
   });
 }
 
-// Calls `use` with the rival, ready to run.
-template <class Use>
-decltype(auto) with_rival(const RivalDesign& design, const PreparedRun& run, Use&& use) {
-  return with_law(design.law, [&](auto* own) -> decltype(auto) {
+// A rival whose law is chosen at run time: the closed loop is compiled once for all of them.
+class AnyRival {
+ public:
+  virtual ~AnyRival() = default;
+  virtual void reset() = 0;
+  virtual TorquePair<double> step(const Measurement<double>& measured,
+                                  const ReferenceSample<double>& reference) = 0;
+  virtual TorquePair<double> feedback() const = 0;
+};
+
+template <class Law>
+class RivalOf final : public AnyRival {
+ public:
+  template <class... Arguments>
+  explicit RivalOf(const Arguments&... arguments) : rival_(arguments...) {}
+  void reset() override { rival_.reset(); }
+  TorquePair<double> step(const Measurement<double>& measured,
+                          const ReferenceSample<double>& reference) override {
+    return rival_.step(measured, reference);
+  }
+  TorquePair<double> feedback() const override { return rival_.feedback(); }
+
+ private:
+  Rival<Law> rival_;
+};
+
+// Ready to run.
+inline std::unique_ptr<AnyRival> make_rival(const RivalDesign& design, const PreparedRun& run) {
+  return with_law(design.law, [&](auto* own) -> std::unique_ptr<AnyRival> {
     using Law = std::remove_pointer_t<decltype(own)>;
-    Rival<Law> rival(settings_from<typename Law::Settings>(design.parameters),
-                     {design.robot, run.scenario->trajectory.dt(), run.limits.speed_scale},
-                     run.limits.torque, design.speeds);
-    rival.reset();
-    return use(rival);
+    const Model<double> model = {design.robot, run.scenario->trajectory.dt(),
+                                 run.limits.speed_scale};
+    return std::make_unique<RivalOf<Law>>(settings_from<typename Law::Settings>(design.parameters),
+                                          model, run.limits.torque, design.speeds);
   });
 }
 
@@ -109,15 +134,14 @@ namespace nfopidn {
 // The whole run, recorded. Scenario and parameters must be valid.
 inline SimulationResult simulate(const Scenario& scenario, const rivals::RivalDesign& design) {
   const PreparedRun run = prepare(scenario);
-  return rivals::with_rival(design, run, [&](auto& law) { return detail::record(run, law); });
+  return detail::record(run, *rivals::make_rival(design, run));
 }
 
 // The cost alone (eq. 41), without recording.
 inline double evaluate(const PreparedRun& run, const rivals::RivalDesign& design) {
-  return rivals::with_rival(design, run, [&](auto& law) {
-    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})
-        .cost;
-  });
+  const std::unique_ptr<rivals::AnyRival> law = rivals::make_rival(design, run);
+  return run_closed_loop<double>(run.plant, *law, run.start, run.inputs(), [](int, auto&&...) {})
+      .cost;
 }
 
 }  // namespace nfopidn
