@@ -5,8 +5,8 @@
 
 namespace nfopidn {
 
-constexpr int batch_capacity = 34;  // most taps a channel: memory 32
-constexpr double batch_angle_unit = 1 / (2 * 3.14159265358979323846);  // the lanes count turns
+constexpr int batch_capacity = 34;                               // most taps a channel: memory 32
+constexpr double batch_angle_unit = 1 / 3.14159265358979323846;  // the lanes count half turns
 
 struct BatchJob {
   const Plant<double>* plant;

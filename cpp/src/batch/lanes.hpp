@@ -93,7 +93,7 @@ struct Lanes {
 #undef NFOPIDN_LANES_COMPARISON
 };
 
-// Angles in turns and nets in powers of two, so that every range reduction is x - round(x).
+// Angles in half turns and nets in powers of two, so that both range reductions are x - round(x).
 template <int width, int count>
 struct math<Lanes<width, count>> {
   using Base = double;
@@ -103,21 +103,23 @@ struct math<Lanes<width, count>> {
   using Bits = typename Vectors<width>::Bits;
 
   static constexpr Base pi = 3.14159265358979323846;
-  static constexpr Base angle_unit = 1 / (2 * pi);
+  static constexpr Base angle_unit = 1 / pi;
   static constexpr Base net_scale = 1.44269504088896340736;
   static constexpr bool has_order = false;
 
   static constexpr Base magic = 6755399441055744.0;  // 1.5 * 2^52: rounds to whole numbers
-  static constexpr Base magic_half = magic / 2;      // rounds to halves
+  static constexpr Base magic_even = 2 * magic;      // rounds to even numbers
 
-  // sqrt(2) sin(pi r)/r and sqrt(2) cos(pi r) in powers of r^2, |r| <= 1/4: then
-  // cos(2 pi r) = 1 - s^2 and sin(2 pi r) = s c. Relative errors 3.3e-18 and 5.6e-17.
-  static constexpr Base half_sine[] = {
-      4.442882938158366,   -7.308249499995416,    3.606476571464935,    -0.8474880242649764,
-      0.11617180196123511, -0.010422779855312812, 0.0006526799668575291};
-  static constexpr Base half_cosine[] = {
-      1.414213562373095,   -6.978864199638761,    5.739885734917436,   -1.8883467143040282,
-      0.33280764626866843, -0.036493619951615604, 0.002696242406666578};
+  // sqrt(2) sin(pi/2 r)/r and sqrt(2) cos(pi/2 r) in powers of r^2, |r| <= 1/2: then
+  // cos(pi r) = 1 - s^2 and sin(pi r) = s c. Relative errors 3.3e-18 and 5.6e-17.
+  static constexpr Base half_sine[] = {2.2214414690791831162,     -0.91353118749942699272,
+                                       0.11270239285827922222,    -0.0066210001895701277297,
+                                       0.00022689805070553731296, -5.0892479762269591237e-6,
+                                       7.9672847516788226626e-8};
+  static constexpr Base half_cosine[] = {1.41421356237309497,      -1.7447160499096903153,
+                                         0.35874285843233976524,   -0.029505417411000441335,
+                                         0.0013000298682369860295, -0.000035638300733999613738,
+                                         6.5826230631508253878e-7};
 
   // b < a ? b : a, and a < b ? b : a, as one instruction where there is one.
   NFOPIDN_INLINE static Real smaller(const Real& a, const Real& b) {
@@ -172,65 +174,36 @@ struct math<Lanes<width, count>> {
     return sum;
   }
 
-  // value - round(2^bits value) / 2^bits, ties to even. The same bits wherever the sum is exact.
-  template <int bits>
-  NFOPIDN_INLINE static Real remainder(const Real& value) {
-#if defined(__AVX512DQ__)
-    if constexpr (width == 8) return _mm512_reduce_pd(value, bits << 4);
-#endif
-    constexpr Base rounding = bits == 0 ? magic : magic_half;
-    return value - ((value + rounding) - rounding);
-  }
-
-  // value 2^round(power), where fraction = power - round(power).
-  NFOPIDN_INLINE static Real scaled(const Real& value, const Real& power, const Real& fraction) {
-#if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_scalef_pd(value, power - fraction);
-#endif
-    static_cast<void>(fraction);
-    const Bits exponent = reinterpret_cast<Bits>(power + magic) << 52;
-    return reinterpret_cast<Real>(reinterpret_cast<Bits>(value) + exponent);
-  }
-
-  // Of seven terms, in powers x, x^2, x^4.
-  NFOPIDN_INLINE static Real estrin(const Real (&x)[3], const Base (&a)[7]) {
-    return ((a[0] + a[1] * x[0]) + (a[2] + a[3] * x[0]) * x[1]) +
-           ((a[4] + a[5] * x[0]) + a[6] * x[1]) * x[2];
-  }
-
   NFOPIDN_INLINE static Heading<Scalar> heading(const Scalar& angle) {
-    Real r[count], s[count], c[count];
-    Bits sign[count];  // set for an odd number of half turns
+    Real shifted[count], r[count], square[count], s[count], c[count];
+    for (int i = 0; i < count; ++i) shifted[i] = angle.part[i] + magic;
+    for (int i = 0; i < count; ++i) r[i] = angle.part[i] - (shifted[i] - magic);
+    for (int i = 0; i < count; ++i) square[i] = r[i] * r[i];
+    constexpr int terms = sizeof half_sine / sizeof *half_sine;
     for (int i = 0; i < count; ++i) {
-      r[i] = remainder<1>(angle.part[i]);
-      sign[i] = reinterpret_cast<Bits>(angle.part[i] + magic_half) << 63;
+      s[i] = square[i] * half_sine[terms - 1] + half_sine[terms - 2];
+      c[i] = square[i] * half_cosine[terms - 1] + half_cosine[terms - 2];
     }
-    Real powers[3][count];
-    for (int i = 0; i < count; ++i) powers[0][i] = r[i] * r[i];
-    for (int level = 1; level < 3; ++level) {
-      for (int i = 0; i < count; ++i)
-        powers[level][i] = powers[level - 1][i] * powers[level - 1][i];
-    }
-    for (int i = 0; i < count; ++i) {
-      const Real own[] = {powers[0][i], powers[1][i], powers[2][i]};
-      s[i] = estrin(own, half_sine);
-      c[i] = estrin(own, half_cosine);
+    for (int term = terms - 3; term >= 0; --term) {
+      for (int i = 0; i < count; ++i) {
+        s[i] = s[i] * square[i] + half_sine[term];
+        c[i] = c[i] * square[i] + half_cosine[term];
+      }
     }
     Heading<Scalar> result;
     for (int i = 0; i < count; ++i) {
       s[i] = s[i] * r[i];
-      result.sine.part[i] = reinterpret_cast<Real>(reinterpret_cast<Bits>(s[i] * c[i]) ^ sign[i]);
+      const Bits sign = reinterpret_cast<Bits>(shifted[i]) << 63;  // an odd number of half turns
+      result.sine.part[i] = reinterpret_cast<Real>(reinterpret_cast<Bits>(s[i] * c[i]) ^ sign);
       result.cosine.part[i] =
-          reinterpret_cast<Real>(reinterpret_cast<Bits>(1.0 - s[i] * s[i]) ^ sign[i]);
+          reinterpret_cast<Real>(reinterpret_cast<Bits>(1.0 - s[i] * s[i]) ^ sign);
     }
     return result;
   }
 
-  // To [-1/2, 1/2] turns.
+  // To [-1, 1] half turns.
   NFOPIDN_INLINE static Scalar wrap(const Scalar& angle) {
-    Scalar result;
-    for (int i = 0; i < count; ++i) result.part[i] = remainder<0>(angle.part[i]);
-    return result;
+    return angle - ((angle + magic_even) - magic_even);
   }
 
   // All channels together, a stage after the other: nine or so independent chains hide each other's
@@ -241,11 +214,13 @@ struct math<Lanes<width, count>> {
     constexpr Base saturation = 60;
     constexpr int chains = 3 * count;
     Real f[chains], square[chains], odd[chains], even[chains];
-    Real power[chains];
+    Bits exponent[chains];
     Scalar* const channels[] = {&net.x, &net.y, &net.theta};
     for (int i = 0; i < chains; ++i) {
-      power[i] = clip(channels[i / count]->part[i % count], saturation);
-      f[i] = remainder<0>(power[i]);
+      const Real power = clip(channels[i / count]->part[i % count], saturation);
+      const Real shifted = power + magic;
+      f[i] = power - (shifted - magic);
+      exponent[i] = reinterpret_cast<Bits>(shifted) << 52;
     }
     for (int i = 0; i < chains; ++i) square[i] = f[i] * f[i];
     for (int i = 0; i < chains; ++i) odd[i] = horner(square[i], Constants::exponential_q) * f[i];
@@ -254,7 +229,8 @@ struct math<Lanes<width, count>> {
     }
     Real numerator[chains], denominator[chains];
     for (int i = 0; i < chains; ++i) {
-      const Real above = scaled(even[i] + odd[i], power[i], f[i]);
+      const Real above =
+          reinterpret_cast<Real>(reinterpret_cast<Bits>(even[i] + odd[i]) + exponent[i]);
       const Real below = even[i] - odd[i];
       numerator[i] = above - below;
       denominator[i] = above + below;
@@ -276,7 +252,7 @@ struct math<Lanes<width, count>> {
   NFOPIDN_INLINE static Scalar identity(const Scalar& net) { return net * (1 / net_scale); }
   NFOPIDN_INLINE static Scalar from_radians(const Scalar& angle) { return angle * angle_unit; }
   NFOPIDN_INLINE static Base base_from_radians(Base angle) { return angle * angle_unit; }
-  NFOPIDN_INLINE static Scalar to_radians(const Scalar& angle) { return angle * (2 * pi); }
+  NFOPIDN_INLINE static Scalar to_radians(const Scalar& angle) { return angle * pi; }
 
   NFOPIDN_INLINE static Scalar minimum(const Scalar& a, const Scalar& b) {
     Scalar result;
