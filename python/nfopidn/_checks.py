@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Any
 
 from nfopidn._core import Controller, Rival
+
+_MOST = 10**9
+
+
+def whole_number(name: str, value: Any, least: int) -> int:
+    """Return a whole number in [least, 1e9].
+
+    Raises
+    ------
+    ValueError
+        Names the argument, its value and the range.
+    """
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole or not least <= int(value) <= _MOST:
+        raise ValueError(f"{name} is {value!r}; must be a whole number in [{least}, 1e9]")
+    return int(value)
 
 
 def no_rival(controller: Any) -> Controller:

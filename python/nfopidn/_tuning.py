@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._files import replace_file
 from nfopidn._parameters import ControllerSearch, Search, controller_structure, make_search
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
@@ -52,9 +53,7 @@ class TuneResult(OptimizeResult):
         fields["controller"] = json.loads(self["controller"].to_json())
         fields["scenario"] = [json.loads(scenario.to_json()) for scenario in _list(self.scenario)]
         document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **fields}
-        Path(path).write_text(
-            json.dumps(document, indent=1, default=_plain) + "\n", encoding="utf-8"
-        )
+        replace_file(path, json.dumps(document, indent=1, default=_plain) + "\n")
 
     @classmethod
     def from_json(cls, path: str | PathLike[str]) -> TuneResult:

@@ -1,5 +1,5 @@
 // Whole runs: the table, the metrics, and that everything that should agree does to the bit.
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/playback.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {
@@ -229,6 +229,20 @@ TEST(Simulate, ARunThatDivergesAtOnceHasNoRows) {
   EXPECT_EQ(result.metrics.cost, 100);
   EXPECT_EQ(result.metrics.position_max, 0);
   EXPECT_EQ(result.metrics.torque_variation, 0);
+}
+
+TEST(Playback, GivesTheRunThatItsTorquesCameFrom) {
+  const Scenario scenario = Scenario::published();
+  const SimulationResult run = simulate(scenario, ControllerDesign{});
+  std::vector<TorquePair<double>> torques;
+  for (Eigen::Index k = 0; k < run.table.rows(); ++k) {
+    torques.push_back({run.table(k, column_tau_left), run.table(k, column_tau_right)});
+  }
+  const SimulationResult again = play(scenario, torques);
+  EXPECT_EQ(again.metrics.cost, run.metrics.cost);
+  EXPECT_TRUE(
+      (again.table.leftCols<column_tau_fb_left>() == run.table.leftCols<column_tau_fb_left>())
+          .all());
 }
 
 }  // namespace

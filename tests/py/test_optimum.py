@@ -1,15 +1,16 @@
 """open_loop_optimum against other solvers, an independent replay, and its contract."""
 
+import pickle
 import signal
 import sys
 import threading
 
 import numpy as np
 import pytest
-from nfopidn import Controller, Robot, Scenario, Trajectory, plot, simulate, tune
+from nfopidn import Controller, Robot, Scenario, Trajectory, _core, plot, simulate, tune
 from nfopidn.study import _guesses, _optimum, _transcription, open_loop_optimum
 from nfopidn.study._guesses import other_turns
-from nfopidn.study._motion import branches, columns, replay
+from nfopidn.study._motion import branches
 from scipy.optimize import least_squares
 
 NAMES = ("x", "y", "theta", "v", "omega")
@@ -168,18 +169,33 @@ def test_no_controller_is_better():
 # Replay
 
 
-def test_the_replay_is_the_simulation():
+def test_a_run_played_again_is_the_same_run():
     scenario = short(**HARD)
     run = simulate(scenario, Controller.published())
     assert run.diverged_at is None
+    again = _core.play(scenario, run.torque)
+    assert again.cost == run.cost
+    for name, column in again.columns.items():
+        if not name.startswith("tau_fb"):
+            assert np.array_equal(column, run.columns[name]), name
+    total = again.columns["tau_fb_left"] + again.columns["tau_ref_left"]
+    assert np.allclose(total, run.torque[:, 0], rtol=0, atol=1e-12)
     states = np.column_stack([run.columns[name] for name in NAMES])
-    assert np.allclose(replay(scenario, run.torque), states, rtol=0, atol=1e-12)
     assert np.allclose(motion(scenario, run.torque), states, rtol=0, atol=1e-12)
     assert cost(scenario, run.torque) == pytest.approx(run.cost, rel=1e-12)
-    table = columns(scenario, states, run.torque)
-    assert list(table) == list(run.columns)
-    for name in set(table) - {"tau_fb_left", "tau_fb_right"}:
-        assert np.allclose(table[name], run.columns[name], rtol=0, atol=1e-12), name
+    copied = pickle.loads(pickle.dumps(again))
+    assert (copied.controller, copied.metrics) == (None, again.metrics)
+
+
+def test_torques_that_cannot_be_played_are_named():
+    scenario = short()
+    with pytest.raises(ValueError, match=r"must have the shape \(\d+, 2\)"):
+        _core.play(scenario, np.zeros((3, 2)))
+    for bad in (np.nan, 400.0):
+        torque = np.zeros((len(scenario.trajectory), 2))
+        torque[1, 0] = bad
+        with pytest.raises(ValueError, match=r"torque\[1\] is (nan|400); must be in \[-"):
+            _core.play(scenario, torque)
 
 
 @pytest.mark.parametrize("changes", [{}, HARD], ids=["plain", "hard"])
@@ -189,8 +205,7 @@ def test_the_torques_replayed_give_the_cost(changes):
     assert cost(scenario, found.torque) == pytest.approx(found.cost, rel=1e-9)
     states = motion(scenario, found.torque)
     assert np.allclose(found.pose, states[:, :3], atol=1e-9)
-    assert np.allclose(found.velocities, states[:, 3:], atol=1e-9)
-    assert np.array_equal(found.columns["tau_left"], found.torque[:, 0])
+    assert np.allclose(found.run.columns["v"], states[:, 3], atol=1e-9)
 
 
 def test_noise_and_seed_do_not_matter():
@@ -243,7 +258,7 @@ def test_without_convergence_there_is_no_number():
     assert {guess.cost for guess in found.guesses} == {None}
     assert found.torque.shape == (0, 2)
     assert found.pose.shape == (0, 3)
-    assert all(len(column) == 0 for column in found.columns.values())
+    assert found.run is None
 
 
 def interrupt():
@@ -314,8 +329,8 @@ def test_the_shortest_paths_do(count):
 def test_the_figures_of_runs_draw_it():
     found = open_loop_optimum(short(), maxfev=0)
     for draw in (plot.path, plot.orientation, plot.total_torque, plot.velocities):
-        draw(found)
-    plot.path(found).figure.clear()
+        draw(found.run)
+    plot.path(found.run).figure.clear()
 
 
 # Refusals

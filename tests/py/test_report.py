@@ -273,10 +273,13 @@ def test_the_gains_and_orders_are_written(page, result):
 
 
 def test_the_metrics_are_written_with_units(page, run):
+    assert set(METRICS) == set(run.metrics)
     for name, value in run.metrics.items():
-        words = METRICS[name]
-        shown = readable(100 * value if words.unit == "%" else value)
-        assert f"{words.label} {shown} {words.unit}".strip() in page.text
+        assert f"{METRICS[name][0]} {readable(value)}" in page.text or name == "share_at_limit"
+    share = readable(100 * run.metrics["share_at_limit"])
+    assert f"{METRICS['share_at_limit'][0]} {share} %" in page.text
+    assert re.search(r"Torque, largest \S+ N m", page.text)
+    assert re.search(r"ISE \S+ m² s", page.text)
 
 
 def test_every_setting_has_words_and_is_written(page, result):

@@ -42,6 +42,8 @@ INNER = {
     "search_function",
     "search_controller",
     "search_rival",
+    "play",
+    "metric_fields",
     "structure",
     "parameter_bounds",
     "design",

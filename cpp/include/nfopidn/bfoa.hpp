@@ -161,7 +161,7 @@ class Bfoa {
 
   // From a place, in the direction of cell i.
   void move_ahead(const Column& from, Eigen::Index i, Eigen::Ref<Point> to) const {
-    to = (from + options_.step * directions_.col(i)).cwiseMax(0).cwiseMin(1);
+    to = clip_to_box(from + options_.step * directions_.col(i));
   }
 
   // A direction for each cell: uniform in [-1, 1]^p, then of length 1.

@@ -130,13 +130,13 @@ class BfoaPlus {
       Move& move = moves_[static_cast<std::size_t>(k)];
       if (swimming_[static_cast<std::size_t>(k)] != 0) {
         move = Move::swim;
-        places_.col(k) = (cells_.col(k) + headings_.col(k)).cwiseMax(0).cwiseMin(1);
+        places_.col(k) = clip_to_box(cells_.col(k) + headings_.col(k));
       } else if (uniform() < options_.differential_share) {
         move = Move::differential;
         differential(k, reaches_(k), shares_(k), places_.col(k));
       } else {
         move = Move::sparse;
-        places_.col(k) = (cells_.col(k) + sparse(steps_(k))).cwiseMax(0).cwiseMin(1);
+        places_.col(k) = clip_to_box(cells_.col(k) + sparse(steps_(k)));
       }
     }
     settle(search_.evaluate(places_));

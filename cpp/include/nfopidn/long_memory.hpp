@@ -104,9 +104,8 @@ class ModeBank {
       std::fill(std::begin(block.state), std::end(block.state), 0.0);
   }
 
-  double step(double coming, double ending) {
-    return wide::loops().advance(modes_.data(), static_cast<long>(modes_.size()), ending_, coming,
-                                 ending);
+  double step(const wide::Loops& loops, double coming, double ending) {
+    return loops.advance(modes_.data(), static_cast<long>(modes_.size()), ending_, coming, ending);
   }
 
  private:
@@ -154,8 +153,8 @@ class LongMemory {
     head_ = head_ == 0 ? window_ - 1 : head_ - 1;
     recent_[head_] = recent_[head_ + window_] = sample;
     const double* recent = &recent_[head_];
-    const double older = wide::loops().dot(older_taps_.data(), recent + newest_count,
-                                           static_cast<long>(older_taps_.size()));
+    const double older = loops_->dot(older_taps_.data(), recent + newest_count,
+                                     static_cast<long>(older_taps_.size()));
     const double exact = newest(recent) + older;
     return kernel_.has_modes() ? exact + tail(recent[kernel_.taps.size()]) : exact;
   }
@@ -182,10 +181,12 @@ class LongMemory {
     // The minus modes run as plus modes of the samples times (-1)^n.
     turn_ = -turn_;
     const double ending_turn = past_.size() % 2 == 0 ? turn_ : -turn_;
-    return plus_.step(coming, ending) + turn_ * minus_.step(turn_ * coming, ending_turn * ending) +
+    return plus_.step(*loops_, coming, ending) +
+           turn_ * minus_.step(*loops_, turn_ * coming, ending_turn * ending) +
            kernel_.final_tap * ending;
   }
 
+  const wide::Loops* loops_ = &wide::loops();
   LongKernel kernel_;
   std::array<double, newest_count> newest_taps_ = {};
   Eigen::ArrayXd older_taps_;  // the rest

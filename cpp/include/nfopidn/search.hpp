@@ -263,7 +263,10 @@ inline Point random_point(Random& random, Eigen::Index dimension) {
   return point;
 }
 
-inline Point clip_to_box(const Point& point) { return point.cwiseMax(0).cwiseMin(1); }
+template <class Expression>
+auto clip_to_box(const Eigen::MatrixBase<Expression>& point) {
+  return point.cwiseMax(0.0).cwiseMin(1.0);
+}
 
 // Cells from best to worst; equal ones in their order.
 inline std::vector<Eigen::Index> ranking(const Eigen::VectorXd& costs) {

@@ -93,11 +93,11 @@ void bind_rivals(py::module_& module) {
       module, "Rival", py::is_final(),
       "Rival(law, **settings)\n--\n\nA controller to compare "
       "with: one of Rival.laws(), docs/rivals.md has their equations.\n\nParameters\n----------\n"
-      "law\n    One of Rival.laws().\nspeeds\n    'measured': the law is given v and omega; "
-      "'differenced': it takes them from the last two poses.\nrobot\n    Robot; the model behind "
-      "the torques. None: Robot.eddie().\n**settings\n    speeds and robot, and the law's own "
-      "parameters, see Rival.describe(law): those left out are\n    the best found for the "
-      "published scenario.\n\nRaises\n------\n"
+      "law\n    One of Rival.laws().\n**settings\n    speeds: 'measured', the law is given v and "
+      "omega, or 'differenced', it takes them from the last\n    two poses. robot: the Robot that "
+      "its torques are reckoned with, by default Robot.eddie(). And\n    the law's own parameters, "
+      "see Rival.describe(law): those left out are the best found for the\n    published "
+      "scenario.\n\nRaises\n------\n"
       "ValueError\n    Unknown law, a parameter out of its range.");
   cls.def(py::init(&make_rival), py::arg("law"));
   cls.def_static("laws", &rivals::law_names, "laws()\n--\n\nThe names of all laws.");

@@ -3,12 +3,14 @@
 
 #include "bindings.hpp"
 #include "nfopidn/io/json_rival.hpp"
+#include "nfopidn/playback.hpp"
 
 namespace nfopidn::python {
 
 namespace {
 
-using Driver = std::variant<ControllerDesign, rivals::RivalDesign>;
+// Of a run under given torques there is none.
+using Driver = std::variant<ControllerDesign, rivals::RivalDesign, std::monostate>;
 
 struct PyResult {
   Scenario scenario;
@@ -27,17 +29,42 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
                          py::str(py::type::of(controller)).cast<std::string>());
   }
   const py::gil_scoped_release release;
-  run.result =
-      std::visit([&](const auto& driver) { return simulate(run.scenario, driver); }, run.driver);
+  const auto* rival = std::get_if<rivals::RivalDesign>(&run.driver);
+  run.result = rival != nullptr ? simulate(run.scenario, *rival)
+                                : simulate(run.scenario, std::get<ControllerDesign>(run.driver));
+  return run;
+}
+
+PyResult run_torques(const Scenario& scenario,
+                     const py::array_t<double, py::array::c_style | py::array::forcecast>& torque) {
+  const py::ssize_t samples = scenario.trajectory.size();
+  if (torque.ndim() != 2 || torque.shape(0) != samples || torque.shape(1) != 2) {
+    throw py::value_error("torque must have the shape (" + std::to_string(samples) + ", 2)");
+  }
+  const Range range = between(-scenario.torque_limit, scenario.torque_limit);
+  std::vector<TorquePair<double>> pairs;
+  for (py::ssize_t k = 0; k < samples; ++k) {
+    for (py::ssize_t wheel = 0; wheel < 2; ++wheel) {
+      if (range.contains(torque.at(k, wheel))) continue;
+      raise("play",
+            refuse_number("torque[" + std::to_string(k) + "]", torque.at(k, wheel), range, "N m"));
+    }
+    pairs.push_back({torque.at(k, 0), torque.at(k, 1)});
+  }
+  PyResult run{scenario, std::monostate(), {}};
+  const py::gil_scoped_release release;
+  run.result = play(run.scenario, pairs);
   return run;
 }
 
 Json write_driver(const Driver& driver) {
   if (const auto* rival = std::get_if<rivals::RivalDesign>(&driver)) return write_rival(*rival);
+  if (std::holds_alternative<std::monostate>(driver)) return nullptr;
   return write_controller(std::get<ControllerDesign>(driver));
 }
 
 Driver read_driver(const Json& document) {
+  if (document.is_null()) return std::monostate();
   if (document.value("format", "") == rival_format) {
     rivals::RivalDesign design;
     check("pickle", read_rival(document, design));
@@ -50,6 +77,7 @@ Driver read_driver(const Json& document) {
 
 py::object driver_of(const PyResult& self) {
   if (const auto* rival = std::get_if<rivals::RivalDesign>(&self.driver)) return py::cast(*rival);
+  if (std::holds_alternative<std::monostate>(self.driver)) return py::none();
   return py::cast(PyController(std::get<ControllerDesign>(self.driver)));
 }
 
@@ -137,7 +165,9 @@ void bind_simulation(py::module_& module) {
       },
       "time [s] at which the run diverged, or None");
   cls.def_readonly("scenario", &R::scenario, "the Scenario");
-  cls.def_property_readonly("controller", &driver_of, "the Controller, at rest, or the Rival");
+  cls.def_property_readonly(
+      "controller", &driver_of,
+      "the Controller, at rest, or the Rival; None of a run under given torques");
   cls.def(
       "to_csv",
       [](const R& self, const py::object& path) {
@@ -151,6 +181,12 @@ void bind_simulation(py::module_& module) {
   cls.def("__copy__", [](const R& self) { return self; });
   cls.def("__deepcopy__", [](const R& self, const py::dict&) { return self; });
 
+  module.def("play", &run_torques, py::arg("scenario"), py::arg("torque"));
+  module.def("metric_fields", [] {
+    py::dict result;
+    Metrics::fields([&](const auto& f) { result[f.name] = py::make_tuple(f.unit, f.text); });
+    return result;
+  });
   module.def("simulate", &run, py::arg("scenario") = py::none(), py::arg("controller") = py::none(),
              "simulate(scenario=None, controller=None)\n--\n\nRuns a scenario under a controller, "
              "by default the published ones, and returns a\nSimulationResult. A run that diverges "

@@ -11,11 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn._checks import whole_number
 from nfopidn._compare import tables
-from nfopidn._compare.contenders import AnyController, check_counts
+from nfopidn._compare.contenders import AnyController
 from nfopidn._compare.ranking import Ranking, rank
 from nfopidn._compare.suite import scenario_suite
-from nfopidn._core import Controller, Rival, Scenario, SimulationResult, simulate
+from nfopidn._core import (
+    Controller,
+    Rival,
+    Scenario,
+    SimulationResult,
+    metric_fields,
+    simulate,
+)
 from nfopidn._progress import progress as progress_bar
 
 #: A run has settled when its position error stays within this [m].
@@ -48,10 +56,6 @@ def torque_deviation(run: SimulationResult) -> float:
     return float(np.sqrt(np.mean(left**2 + right**2))) if len(left) else np.nan
 
 
-def _metric(name: str) -> Callable[[SimulationResult], float]:
-    return lambda run: float(run.metrics[name])
-
-
 @dataclass(frozen=True)
 class Metric:
     """One figure of a run."""
@@ -61,23 +65,24 @@ class Metric:
     of: Callable[[SimulationResult], float]
 
 
+def _metric(name: str) -> Metric:
+    """Take one of the core's."""
+    unit, text = metric_fields()[name]
+    return Metric(unit, text, lambda run: float(run.metrics[name]))
+
+
 METRICS: dict[str, Metric] = {
-    "cost": Metric("", "E of eq. 41", _metric("cost")),
-    "position_rms": Metric("m", "root mean square position error", _metric("position_rms")),
-    "position_max": Metric("m", "largest position error", _metric("position_max")),
-    "heading_rms": Metric("rad", "root mean square heading error", _metric("heading_rms")),
+    **{name: _metric(name) for name in ("cost", "position_rms", "position_max", "heading_rms")},
     "settling_time": Metric(
         "s", "last time at which the position error exceeds 0.05 m", settling_time
     ),
     "torque_deviation": Metric(
         "N m", "root mean square of torque less reference", torque_deviation
     ),
-    "torque_variation": Metric(
-        "N m", "total variation of both torques", _metric("torque_variation")
+    **{name: _metric(name) for name in ("torque_variation", "torque_peak", "share_at_limit")},
+    "diverged": Metric(
+        "", "share of runs that diverged", lambda run: float(run.diverged_at is not None)
     ),
-    "torque_peak": Metric("N m", "largest torque of a wheel", _metric("torque_peak")),
-    "share_at_limit": Metric("", "samples with a torque at its limit", _metric("share_at_limit")),
-    "diverged": Metric("", "share of runs that diverged", lambda run: float(bool(run.diverged_at))),
 }
 
 
@@ -228,7 +233,8 @@ def compare(
     ValueError
         Unknown scenario, lists of different lengths, nothing to compare.
     """
-    check_counts(seeds=seeds, workers=workers)
+    whole_number("seeds", seeds, 1)
+    whole_number("workers", workers, 1)
     named = _named(controllers)
     chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
     if not chosen or not all(isinstance(one, Scenario) for one in chosen.values()):

@@ -8,19 +8,18 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
+from nfopidn._checks import whole_number
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn._interrupt import wish_to_stop
+from nfopidn._parameters import controller_structure
 from nfopidn._progress import progress as progress_bar
 from nfopidn._tuning import tune
 
 AnyController = Controller | Rival
 
-_EXTENDED = {
-    "allocation": "decoupled",
-    "lateral": "speed",
-    "parameters": "orders-by-channel",
-}
-_INCREMENTAL = {"allocation": "decoupled", "form": "incremental"}
+_SETTINGS, _PARAMETERS = controller_structure("extended")
+_EXTENDED = {**_SETTINGS, "parameters": _PARAMETERS}
+_INCREMENTAL = controller_structure("incremental")[0]
 _WHOLE = {"alpha": 1.0, "sigma": 1.0}
 _WHOLE_EACH = {f"{order}_{name}": 1.0 for order in _WHOLE for name in ("x", "y", "theta")}
 
@@ -92,13 +91,6 @@ def contender_names(names: Sequence[str]) -> list[str]:
     return chosen
 
 
-def check_counts(**counts: int) -> None:
-    """Refuse what is no whole number of at least 1."""
-    for name, number in counts.items():
-        if isinstance(number, bool) or int(number) != number or number < 1:
-            raise ValueError(f"{name} is {number}; must be a whole number of at least 1")
-
-
 def tune_contenders(
     names: Sequence[str],
     scenario: Scenario,
@@ -136,7 +128,9 @@ def tune_contenders(
     ValueError
         A name that is not known; seeds, maxfev or workers below 1.
     """
-    check_counts(seeds=seeds, maxfev=maxfev, workers=workers)
+    whole_number("seeds", seeds, 1)
+    whole_number("maxfev", maxfev, 1)
+    whole_number("workers", workers, 1)
     chosen = contender_names(names)
     jobs = [(name, seed) for name in chosen if not CONTENDERS[name].fixed for seed in range(seeds)]
 

@@ -26,6 +26,10 @@ class Ranking:
     winner: str | None
     reason: str
 
+    def is_tested(self) -> bool:
+        """Whether there were runs enough to test anybody."""
+        return any(p is not None for p in self.p)
+
     def level(self) -> list[str]:
         """Name the first and those that are not significantly behind."""
         return [

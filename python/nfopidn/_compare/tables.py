@@ -32,7 +32,8 @@ def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
     """Give the medians as text; who is level with the best is marked, diverged runs are told."""
     medians = comparison.median(metric)
     diverged = comparison.values["diverged"].mean(axis=2)
-    level = {scenario: comparison.ranking(scenario).level() for scenario in comparison.scenarios}
+    rankings = [comparison.ranking(scenario) for scenario in comparison.scenarios]
+    marked = [set(one.level()) if one.is_tested() else set() for one in rankings]
     rows = []
     optima = comparison.optima if metric == "cost" else {}
     if optima:
@@ -46,7 +47,7 @@ def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
                 text = "diverges"
             elif diverged[i, j] > 0:
                 text += f" ({diverged[i, j]:.0%} diverge)"
-            elif metric == "cost" and name in level[scenario] and _tested(comparison):
+            elif metric == "cost" and name in marked[j]:
                 text = f"**{text}**"
             best = optima.get(scenario)
             if best is not None and diverged[i, j] == 0:
@@ -54,10 +55,6 @@ def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
             cells.append(text)
         rows.append(cells)
     return rows
-
-
-def _tested(comparison: Comparison) -> bool:
-    return any(p is not None for p in comparison.ranking(comparison.scenarios[0]).p)
 
 
 def _lines(header: list[str], rows: list[list[str]]) -> str:
@@ -78,10 +75,11 @@ def details(comparison: Comparison, scenario: str) -> str:
     """Give every metric on one scenario."""
     ranking = comparison.ranking(scenario)
     place = comparison.scenarios.index(scenario)
+    tables = [comparison.median(metric) for metric in comparison.values]
     rows = []
     for name, p in zip(ranking.names, ranking.p, strict=True):
         i = comparison.controllers.index(name)
-        figures = [number(comparison.median(metric)[i, place]) for metric in comparison.values]
+        figures = [number(medians[i, place]) for medians in tables]
         rows.append([name, *figures, "" if p is None else f"{p:.2g}"])
     verdict = f"Winner: {ranking.winner}." if ranking.winner else f"No winner: {ranking.reason}."
     return _lines([scenario, *comparison.values, "p"], rows) + f"\n{verdict}\n"

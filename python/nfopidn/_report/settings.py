@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from nfopidn._core import Scenario, SimulationResult
+from nfopidn._core import Scenario, SimulationResult, metric_fields
 from nfopidn._report.numbers import readable
 from nfopidn._report.words import CHOICES, METRICS, SCENARIO, Words
 
@@ -74,10 +74,13 @@ def setting_row(key: str, value: Any, words: Words) -> Row:
 def metric_rows(run: SimulationResult) -> list[Row]:
     """Return every metric of a run; one without words keeps its key."""
     rows = []
+    fields = metric_fields()
     for key, value in run.metrics.items():
-        words = METRICS.get(key, Words(key, "", ""))
-        shown = 100 * value if words.unit == "%" else value
-        rows.append(Row(words.label, f"{readable(shown)} {words.unit}".rstrip(), words.meaning))
+        label, meaning = METRICS.get(key, (key, ""))
+        is_share = key == "share_at_limit"
+        unit = "%" if is_share else fields[key][0].replace("^2", "²")
+        text = f"{readable(100 * value if is_share else value)} {unit}".rstrip()
+        rows.append(Row(label, text, meaning))
     return rows
 
 

@@ -77,24 +77,21 @@ RIVAL: Mapping[str, Words] = {
     },
 }
 
-METRICS: Mapping[str, Words] = {
-    "cost": Words("Cost E", "", "mean square of pose and torque errors (eq. 41)"),
-    "pose_mse": Words("Pose error, mean square", "", "m² and rad² added"),
-    "position_rms": Words("Position error, r.m.s.", "m", "distance to the reference point"),
-    "position_max": Words("Position error, largest", "m", "the start included"),
-    "heading_rms": Words("Heading error, r.m.s.", "rad", ""),
-    "iae": Words("IAE", "m s", "integral of the position error's size"),
-    "ise": Words("ISE", "m² s", "integral of its square"),
-    "itae": Words("ITAE", "m s²", "integral of its size times time"),
-    "torque_peak": Words("Torque, largest", "N m", "of either wheel"),
-    "torque_variation": Words("Torque, total variation", "N m", "of both wheels together"),
-    "share_at_limit": Words(
-        "Share at the limit", "%", "samples with a wheel's torque at its limit"
-    ),
-    "energy": Words("Energy", "J", "integral of |torque times wheel speed|, both wheels"),
-    "lateral_force_peak": Words(
-        "Lateral force, largest", "N", "that keeps the wheels from slipping"
-    ),
+#: Label and meaning; the units are the core's.
+METRICS: Mapping[str, tuple[str, str]] = {
+    "cost": ("Cost E", "mean square of pose and torque errors (eq. 41)"),
+    "pose_mse": ("Pose error, mean square", "m² and rad² added"),
+    "position_rms": ("Position error, r.m.s.", "distance to the reference point"),
+    "position_max": ("Position error, largest", "the start included"),
+    "heading_rms": ("Heading error, r.m.s.", ""),
+    "iae": ("IAE", "integral of the position error's size"),
+    "ise": ("ISE", "integral of its square"),
+    "itae": ("ITAE", "integral of its size times time"),
+    "torque_peak": ("Torque, largest", "of either wheel"),
+    "torque_variation": ("Torque, total variation", "of both wheels together"),
+    "share_at_limit": ("Share at the limit", "samples with a wheel's torque at its limit"),
+    "energy": ("Energy", "integral of |torque times wheel speed|, both wheels"),
+    "lateral_force_peak": ("Lateral force, largest", "that keeps the wheels from slipping"),
 }
 
 #: What a word or a missing value stands for, by the last part of its key.

@@ -256,6 +256,13 @@ def total_torque(result: SimulationResult, ax: Axes | None = None) -> Axes:
     return ax
 
 
+def wheel_speeds(result: SimulationResult) -> tuple[Numbers, Numbers]:
+    """Return the wheels' speeds [rad/s], left and right: (v ± L omega/2)/r, plus for the left."""
+    robot, columns = result.scenario.robot, result.columns
+    turn = 0.5 * robot.track_width * columns["omega"]
+    return (columns["v"] + turn) / robot.wheel_radius, (columns["v"] - turn) / robot.wheel_radius
+
+
 def wheel_action(result: SimulationResult, axes: Sequence[Axes] | Panels | None = None) -> Panels:
     """Draw torque, speed and power of each wheel against time.
 
@@ -274,11 +281,9 @@ def wheel_action(result: SimulationResult, axes: Sequence[Axes] | Panels | None 
         three Axes: torque [N m], speed [rad/s], power [W], against time [s]
     """
     panels = style.new_panels(axes, 3)
-    columns, robot = result.columns, result.scenario.robot
+    columns = result.columns
     t = columns["t"]
-    turn = 0.5 * robot.track_width * columns["omega"]
-    left = (columns["v"] + turn) / robot.wheel_radius
-    right = (columns["v"] - turn) / robot.wheel_radius
+    left, right = wheel_speeds(result)
     _wheel_pair(panels[0], t, columns["tau_left"], columns["tau_right"])
     _wheel_pair(panels[1], t, left, right, held=False)
     _wheel_pair(panels[2], t, columns["tau_left"] * left, columns["tau_right"] * right)

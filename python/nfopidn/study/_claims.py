@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn._core import Controller, Scenario, SimulationResult, simulate
+from nfopidn.plot.runs import wheel_speeds
 from nfopidn.study._cases import Cases, distance
 from nfopidn.study._files import Cell, Folder
 
@@ -32,19 +33,11 @@ def _within(run: SimulationResult, window: tuple[float, float] = ARC) -> NDArray
     return (run.t >= window[0]) & (run.t <= window[1])
 
 
-def _wheel_speeds(run: SimulationResult) -> tuple[Array, Array]:
-    """Return the wheels' speeds [rad/s], left and right, in the paper's sign."""
-    robot = run.scenario.robot
-    turn = 0.5 * robot.track_width * run.columns["omega"]
-    v, radius = run.columns["v"], robot.wheel_radius
-    return (v + turn) / radius, (v - turn) / radius
-
-
 def figures_of(run: SimulationResult) -> dict[str, tuple[str, float, float | None]]:
     """Return unit, value and time [s] (None: of the whole run) of what the claims are about."""
     t, torque, columns = run.t, run.torque, run.columns
     steps = np.abs(np.diff(torque, axis=0))
-    left, right = _wheel_speeds(run)
+    left, right = wheel_speeds(run)
     powers = (torque[:, 0] * left, torque[:, 1] * right)
     metrics = run.metrics
     mean = metrics["energy"] / (len(run) * run.scenario.trajectory.dt)

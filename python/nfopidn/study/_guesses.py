@@ -12,7 +12,7 @@ import numpy as np
 from nfopidn._core import Controller, Scenario, simulate
 from nfopidn._tuning import tune
 from nfopidn.study._motion import TURN, Array
-from nfopidn.study._transcription import Motion
+from nfopidn.study._transcription import Motion, motion_of
 
 #: Structures that are tuned for the scenario, each with a small budget.
 STRUCTURES = ("decoupled", "extended", "incremental")
@@ -28,10 +28,7 @@ Guess = tuple[str, Callable[[], Motion | None]]
 def controller_run(scenario: Scenario, controller: Controller) -> Motion | None:
     """Return a controller's run, None if it diverges."""
     run = simulate(scenario, controller)
-    if run.diverged_at is not None:
-        return None
-    names = ("x", "y", "theta", "v", "omega")
-    return Motion(np.column_stack([run.columns[name] for name in names]), np.array(run.torque))
+    return None if run.diverged_at is not None else motion_of(run)
 
 
 def reference_motion(scenario: Scenario) -> Motion:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from matplotlib.figure import Figure
 
 from nfopidn import plot
-from nfopidn._core import Controller, Scenario, simulate
+from nfopidn._core import Controller, Scenario, SimulationResult, simulate
 from nfopidn.study._cases import RUN_DIGITS, RUN_UNITS, Cases, InterruptedSearchError
 from nfopidn.study._files import Cell, Folder
 from nfopidn.study._optimum import open_loop_optimum
@@ -23,14 +21,14 @@ def _scenarios() -> dict[str, Scenario]:
     }
 
 
-def _draw(found: Any) -> Figure:
+def _draw(run: SimulationResult) -> Figure:
     figure = Figure(figsize=(9.6, 4.4), layout="constrained")
     halves = figure.add_gridspec(1, 2, width_ratios=(1, 1.15))
-    plot.path(found, ax=figure.add_subplot(halves[0]))
+    plot.path(run, ax=figure.add_subplot(halves[0]))
     torque, *speeds = halves[1].subgridspec(3, 1).subplots(sharex=True, squeeze=False).flat
-    plot.total_torque(found, ax=torque)
+    plot.total_torque(run, ax=torque)
     torque.set_xlabel("")
-    plot.velocities(found, axes=speeds)
+    plot.velocities(run, axes=speeds)
     return figure
 
 
@@ -47,10 +45,10 @@ def optima(cases: Cases, folder: Folder) -> None:
         for guess in found.guesses:
             status = {"guess": guess.name, "cost": guess.cost, "status": guess.status}
             tries.append({"scenario": name, **status})
-        if name == "published" and found.cost is not None:
+        if name == "published" and found.run is not None:
             title = f"The best torques found by open_loop_optimum, E = {found.cost:.6f}"
-            folder.figure("optimum", title, _draw(found))
-            folder.table("run_optimum", title, found.columns, RUN_UNITS, RUN_DIGITS)
+            folder.figure("optimum", title, _draw(found.run))
+            folder.table("run_optimum", title, found.run.columns, RUN_UNITS, RUN_DIGITS)
         cases.report(f"optimum, {name}")
     title = "Smallest costs found over all torques; a local solver, not proven"
     folder.table("optima", title, {key: [row[key] for row in rows] for key in rows[0]}, {})

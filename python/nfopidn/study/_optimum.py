@@ -9,15 +9,14 @@ from threading import Event
 
 import numpy as np
 
-from nfopidn._core import Controller, Scenario
+from nfopidn._checks import whole_number
+from nfopidn._core import Controller, Scenario, SimulationResult
 from nfopidn._interrupt import wish_to_stop
 from nfopidn._progress import Report
 from nfopidn._progress import progress as progress_bar
-from nfopidn.study import _motion
-from nfopidn.study._checks import whole_number
 from nfopidn.study._guesses import Guess, guesses, other_turns
-from nfopidn.study._motion import STATES, Array
-from nfopidn.study._transcription import Motion, Programme, Solution
+from nfopidn.study._motion import Array
+from nfopidn.study._transcription import Motion, Programme, Solution, motion_of
 
 #: An improvement smaller than this share of the cost is rounding.
 _GAIN = 1e-9
@@ -40,44 +39,40 @@ class OpenLoopOptimum:
     ----------
     scenario
         the one asked for
-    cost
-        eq. 41 of the run; None if no guess converged
     success
         whether a guess converged, and nothing interrupted the search
     interrupted
         whether Ctrl-C ended the search
     message
         the same in words
-    torque
-        (N, 2) [N m], left and right; (0, 2) without a cost
-    pose
-        (N, 3): x, y [m], theta [rad]
-    velocities
-        (N, 2): v [m/s], omega [rad/s]
+    run
+        the simulation of the best torques; None without a cost. Its tau_fb is the deviation from
+        the reference torques.
     guesses
         every guess tried, in order
     """
 
     scenario: Scenario
-    cost: float | None
     success: bool
     interrupted: bool
     message: str
-    torque: Array = field(repr=False)
-    pose: Array = field(repr=False)
-    velocities: Array = field(repr=False)
+    run: SimulationResult | None = field(repr=False)
     guesses: tuple[GuessResult, ...] = field(repr=False)
 
     @property
-    def columns(self) -> dict[str, Array]:
-        """The run table by name; tau_fb is the deviation from the reference torques [N m]."""
-        states = np.hstack([self.pose, self.velocities])
-        return _motion.columns(self.scenario, states, self.torque)
+    def cost(self) -> float | None:
+        """Eq. 41 of the run; None if no guess converged."""
+        return None if self.run is None else self.run.cost
 
     @property
-    def diverged_at(self) -> None:
-        """None: the run completes. The figures of runs ask for it."""
-        return None
+    def torque(self) -> Array:
+        """(N, 2) [N m], left and right; (0, 2) without a run."""
+        return np.empty((0, 2)) if self.run is None else self.run.torque
+
+    @property
+    def pose(self) -> Array:
+        """(N, 3): x, y [m], theta [rad]; (0, 3) without a run."""
+        return np.empty((0, 3)) if self.run is None else self.run.pose
 
 
 def open_loop_optimum(
@@ -186,8 +181,8 @@ class _Search:
         seen: Solution | None = None
         while self.best is not None and self.best is not seen:
             seen = self.best
-            assert seen.motion is not None
-            for name, motion in other_turns(self.programme.scenario, seen.motion):
+            assert seen.run is not None
+            for name, motion in other_turns(self.programme.scenario, motion_of(seen.run)):
                 self._solve(name, partial(_given, motion))
 
     def _solve(self, name: str, make: Callable[[], Motion | None]) -> None:
@@ -209,9 +204,6 @@ class _Search:
     def result(self) -> OpenLoopOptimum:
         """Return the best, or that there is none."""
         best = self.best
-        motion = None if best is None else best.motion
-        if motion is None:
-            motion = Motion(np.empty((0, STATES)), np.empty((0, 2)))
         message = (
             "No guess converged." if best is None else "The best of the guesses that converged."
         )
@@ -220,12 +212,9 @@ class _Search:
             message = f"The search was interrupted. {message}"
         return OpenLoopOptimum(
             scenario=self.programme.scenario,
-            cost=None if best is None else best.cost,
             success=best is not None and not interrupted,
             interrupted=interrupted,
             message=message,
-            torque=motion.torque,
-            pose=motion.states[:, :3],
-            velocities=motion.states[:, 3:],
+            run=None if best is None else best.run,
             guesses=tuple(self.rows),
         )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from nfopidn._checks import whole_number
 from nfopidn._progress import progress as progress_bar
 from nfopidn.study._cases import MEMORIES, Cases
-from nfopidn.study._checks import whole_number
 from nfopidn.study._files import make_folder
 from nfopidn.study._transcription import casadi
 

@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from nfopidn._core import Scenario
+from nfopidn import _core
+from nfopidn._core import Scenario, SimulationResult
 from nfopidn.study._motion import (
     STATES,
     Array,
     accelerations,
     branches,
-    cost,
     disturbances,
     friction_rates,
-    replay,
     start,
 )
 
@@ -35,13 +34,23 @@ class Motion:
     torque: Array
 
 
+def motion_of(run: SimulationResult) -> Motion:
+    """Return a run's states and torques."""
+    names = ("x", "y", "theta", "v", "omega")
+    return Motion(np.column_stack([run.columns[name] for name in names]), np.array(run.torque))
+
+
 @dataclass(frozen=True)
 class Solution:
     """What the solver made of a guess: `status` in its words, and the run, if it converged."""
 
     status: str
-    cost: float | None
-    motion: Motion | None
+    run: SimulationResult | None = None
+
+    @property
+    def cost(self) -> float | None:
+        """Eq. 41 of the run."""
+        return None if self.run is None else self.run.cost
 
 
 def casadi() -> Any:
@@ -143,7 +152,7 @@ class Programme:
         for _ in range(_REBRANCHINGS):
             guess, status = self._descend(guess, turns)
             if status != _SOLVED:
-                return Solution(status, None, None)
+                return Solution(status)
             before, turns = turns, branches(self.scenario, guess.states[:, 2])
             if np.array_equal(before, turns):
                 break
@@ -158,11 +167,9 @@ class Programme:
         return motion, str(self._solver.stats()["return_status"])
 
     def _run(self, found: Motion, status: str) -> Solution:
-        """Return the run under the torques found, which keeps limit and motion to the last bit."""
-        scenario = self.scenario
-        torque = np.clip(found.torque, -scenario.torque_limit, scenario.torque_limit)
-        states = replay(scenario, torque)
-        away = np.hypot(*(states[:, :2] - scenario.reference[:, :2]).T)
-        if not away.max() <= scenario.divergence_distance:
-            return Solution("beyond divergence_distance", None, None)
-        return Solution(status, cost(scenario, states, torque), Motion(states, torque))
+        """Simulate the torques found, which keeps limit and motion to the last bit."""
+        limit = self.scenario.torque_limit
+        run = _core.play(self.scenario, np.clip(found.torque, -limit, limit))
+        return (
+            Solution("its run diverges") if run.diverged_at is not None else Solution(status, run)
+        )
