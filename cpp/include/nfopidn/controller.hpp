@@ -120,8 +120,7 @@ class Controller {
     const TorquePair<Scalar> neurons = allocate(filter_.step(error));
     feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
                  next_feedback(feedback_.right, neurons.right, reference.tau_right)};
-    return {limited(feedback_.left + reference.tau_left),
-            limited(feedback_.right + reference.tau_right)};
+    return limited({feedback_.left + reference.tau_left, feedback_.right + reference.tau_right});
   }
 
   NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
@@ -172,12 +171,16 @@ class Controller {
     return M::maximum(M::minimum(next, M::maximum(last, high)), M::minimum(last, low));
   }
 
-  NFOPIDN_INLINE constexpr Scalar limited(const Scalar& torque) const {
-    if constexpr (std::is_same_v<Scalar, float>) return single::limited(torque, limit_);
-    if constexpr (M::has_order) {
-      if (torque <= limit_ && torque >= -limit_) return torque;
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> limited(const TorquePair<Scalar>& torque) const {
+    if constexpr (std::is_same_v<Scalar, float>) {
+      return {single::limited(torque.left, limit_), single::limited(torque.right, limit_)};
+    } else {
+      if (M::within(torque.left, torque.right, limit_)) return torque;
+      const Scalar high = Scalar(limit_);
+      const Scalar low = Scalar(-limit_);
+      return {M::maximum(M::minimum(torque.left, high), low),
+              M::maximum(M::minimum(torque.right, high), low)};
     }
-    return M::maximum(M::minimum(torque, Scalar(limit_)), Scalar(-limit_));
   }
 
   Filter filter_ = {};

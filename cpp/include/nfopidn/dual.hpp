@@ -127,6 +127,13 @@ struct math<Dual<Value, Slope>> {
   NFOPIDN_INLINE static Base value(const Scalar& a) { return P::value(a.value); }
   NFOPIDN_INLINE static constexpr Mask all() { return P::all(); }
   NFOPIDN_INLINE static bool any(const Mask& mask) { return P::any(mask); }
+  NFOPIDN_INLINE static bool every(const Mask& mask) { return P::every(mask); }
+  NFOPIDN_INLINE static bool surely_under(const Scalar& amount, Base limit) {
+    return P::surely_under(amount.value, limit);
+  }
+  NFOPIDN_INLINE static bool within(const Scalar& a, const Scalar& b, Base limit) {
+    return P::within(a.value, b.value, limit);
+  }
 };
 
 }  // namespace nfopidn

@@ -44,8 +44,15 @@ class CostMeter {
     const Scalar angle_square = angle * angle;
     const Scalar left = reference.tau_left - torque.left;
     const Scalar right = reference.tau_right - torque.right;
-    running_ = running_ & (distance <= square_limit_) & (angle_square == angle_square);
     const Scalar term = distance + angle_square + (left * left + right * right);
+    // The rule in one comparison while all is well: a term within the limit has every part of it
+    // within, and is a number.
+    if (all_running_ && M::surely_under(term, square_limit_)) {
+      sum_ = sum_ + term;
+      return true;
+    }
+    running_ = running_ & (distance <= square_limit_) & (angle_square == angle_square);
+    all_running_ = M::every(running_);
     sum_ = sum_ + M::select(running_, term, Scalar(square_limit_));
     return M::any(running_);
   }
@@ -62,6 +69,7 @@ class CostMeter {
   Scalar sum_ = Scalar(Base(0));
   Base square_limit_;
   typename M::Mask running_ = M::all();
+  bool all_running_ = true;
 };
 
 template <class Scalar>
@@ -78,17 +86,21 @@ class DelayLine {
     const Scalar zero = Scalar(base_t<Scalar>(0));
     for (int i = 0; i < delay_; ++i) torques_[i] = {zero, zero};
   }
-  constexpr TorquePair<Scalar> pass(const TorquePair<Scalar>& torque) {
-    if (delay_ == 0) return torque;
-    const TorquePair<Scalar> oldest = torques_[next_];
-    torques_[next_] = torque;
-    next_ = next_ + 1 == delay_ ? 0 : next_ + 1;
-    return oldest;
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> pass(const TorquePair<Scalar>& torque) {
+    return delay_ == 0 ? torque : exchange(torque);
   }
   // The torque that the wheels get `samples` from now, 0 <= samples < delay.
   constexpr TorquePair<Scalar>& ahead(int samples) { return torques_[(next_ + samples) % delay_]; }
 
  private:
+  // Never inlined, so that a torque without delay need not lie in memory.
+  NFOPIDN_NOINLINE constexpr TorquePair<Scalar> exchange(TorquePair<Scalar> torque) {
+    const TorquePair<Scalar> oldest = torques_[next_];
+    torques_[next_] = torque;
+    next_ = next_ + 1 == delay_ ? 0 : next_ + 1;
+    return oldest;
+  }
+
   TorquePair<Scalar> torques_[maximum_delay];
   int delay_;
   int next_ = 0;
@@ -104,14 +116,16 @@ struct LoopState {
 namespace detail {
 
 // Cosines and sines of angles that change little from one to the next.
-template <class Scalar, bool = std::is_floating_point_v<Scalar>>
+template <class Scalar, class = void>
 struct HeadingSeries {
   NFOPIDN_INLINE Heading<Scalar> of(const Scalar& angle) { return math<Scalar>::heading(angle); }
 };
 template <class Scalar>
-struct HeadingSeries<Scalar, true> {
-  Scalar quarter = math<Scalar>::Constants::round_magic;
-  NFOPIDN_INLINE Heading<Scalar> of(Scalar angle) { return math<Scalar>::heading(angle, quarter); }
+struct HeadingSeries<Scalar, std::void_t<typename math<Scalar>::Turn>> {
+  typename math<Scalar>::Turn turn = math<Scalar>::no_turn();
+  NFOPIDN_INLINE Heading<Scalar> of(const Scalar& angle) {
+    return math<Scalar>::heading(angle, turn);
+  }
 };
 
 // Whether the law takes the measured pose's errors and heading, if the caller has them.

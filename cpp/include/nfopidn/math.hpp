@@ -94,9 +94,12 @@ struct math {
     return turned(rest_of(angle, shifted), kernel::bit_cast<Bits>(shifted));
   }
 
-  // The same to the last bit, sooner for an angle in the quarter turn of the one before: `quarter`
-  // remembers it between calls. Start with Constants::round_magic.
-  NFOPIDN_INLINE static Heading<Scalar> heading(Scalar angle, Scalar& quarter) {
+  // The quarter turn of an angle, remembered for the next.
+  using Turn = Scalar;
+  static constexpr Turn no_turn() { return Constants::round_magic; }
+
+  // The same to the last bit, sooner for an angle in the quarter turn of the one before.
+  NFOPIDN_INLINE static Heading<Scalar> heading(Scalar angle, Turn& quarter) {
     Scalar rest = rest_of(angle, quarter);
     constexpr Scalar certain = Scalar(0.78539);  // under pi/4
     if (!(rest < certain && rest > -certain)) {
@@ -154,6 +157,14 @@ struct math {
   }
   static constexpr Mask all() { return true; }
   static constexpr bool any(Mask mask) { return mask; }
+  static constexpr bool every(Mask mask) { return mask; }
+  // Whether every component of an amount that is not negative is a number and within the limit; may
+  // say no where it is so.
+  static constexpr bool surely_under(Scalar amount, Base limit) { return amount <= limit; }
+  // Whether both lie in [-limit, limit], every component.
+  static constexpr bool within(Scalar a, Scalar b, Base limit) {
+    return a <= limit && a >= -limit && b <= limit && b >= -limit;
+  }
   static constexpr bool is_finite(Scalar value) { return value - value == Scalar(0); }
 
   static Scalar exponential(Scalar exponent) {

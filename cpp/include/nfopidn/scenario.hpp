@@ -143,7 +143,9 @@ inline LoopInputs<double> PreparedRun::inputs() const {
   in.reference = reference.data();
   in.samples = static_cast<int>(reference.size());
   in.noise = noise.empty() ? nullptr : noise.data();
-  in.disturbance = disturbance.data();
+  const bool calm =
+      disturbance.size() == 1 && disturbance[0].force == 0 && disturbance[0].moment == 0;
+  in.disturbance = calm ? nullptr : disturbance.data();
   in.disturbance_by_sample = disturbance.size() > 1;
   in.delay = scenario->delay;
   in.feedforward = scenario->feedforward;

@@ -71,15 +71,19 @@ inline void run_dual(const GradientJob& gradient, int first) {
   }
 }
 
-// All candidates; narrower blocks for what is left at the end.
-template <class Wide, class Narrow, int capacity, bool noisy>
-inline void run_blocks(const BatchJob& job) {
-  int first = 0;
-  for (; job.candidates - first > Wide::size - Narrow::size; first += Wide::size) {
-    run_lanes<Wide, capacity, noisy>(job, first);
+// The candidates from `first` on; what is left at the end in a narrower block, down to `least`
+// vectors.
+template <int width, int count, int least, int capacity, bool noisy>
+inline void run_blocks(const BatchJob& job, int first) {
+  constexpr int size = width * count;
+  constexpr int narrower = count > least ? size - width : 0;
+  for (; job.candidates - first > narrower; first += size) {
+    run_lanes<Lanes<width, count>, capacity, noisy>(job, first);
   }
-  for (; first < job.candidates; first += Narrow::size) {
-    run_lanes<Narrow, capacity, noisy>(job, first);
+  if constexpr (count > least) {
+    if (first < job.candidates) {
+      run_blocks<width, count - 1, least, capacity, noisy>(job, first);
+    }
   }
 }
 
@@ -96,11 +100,12 @@ inline void with_loop(const BatchJob& job, const Use& use) {
   }
 }
 
-template <class Wide, class Narrow>
+// Up to `count` vectors a block.
+template <int width, int count>
 inline void run_batch(const BatchJob& job) {
   with_loop(job, [&](auto capacity, auto noisy) {
-    using Last = std::conditional_t<capacity() == small_capacity, Narrow, Wide>;
-    run_blocks<Wide, Last, capacity(), noisy()>(job);
+    constexpr int least = capacity() == small_capacity ? 1 : count;
+    run_blocks<width, count, least, capacity(), noisy()>(job, 0);
   });
 }
 

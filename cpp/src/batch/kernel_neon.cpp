@@ -2,7 +2,7 @@
 
 namespace nfopidn {
 
-void run_batch_neon(const BatchJob& job) { run_batch<Lanes<2, 4>, Lanes<2, 1>>(job); }
+void run_batch_neon(const BatchJob& job) { run_batch<2, 4>(job); }
 
 void run_gradient_neon(const GradientJob& job) { run_gradient<Lanes<2, 6>>(job); }
 
