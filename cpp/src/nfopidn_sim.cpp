@@ -230,7 +230,11 @@ Structure structure_to_tune(const Arguments& arguments, const ControllerDesign& 
   Structure structure = {design, parameter_set_of(design)};
   if (structure.parameters == ParameterSet::taps) return structure;
   if (arguments.structure == "extended") structure.parameters = ParameterSet::orders_by_channel;
-  if (arguments.structure == "taps") structure.parameters = ParameterSet::taps;
+  if (arguments.structure == "taps") {
+    structure.parameters = ParameterSet::taps;
+    structure.either_lateral =
+        arguments.controller_file.empty() && arguments.controller.count("lateral") == 0;
+  }
   return structure;
 }
 
@@ -244,7 +248,7 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
   task.seed = arguments.tune_seed;
   if (!arguments.controller_file.empty()) task.start = parameters_of(structure.parameters, design);
   const bool shown = !arguments.quiet && ::isatty(STDERR_FILENO) != 0;
-  const SearchResult found = run_tuning(task, [&](const SearchResult& so_far) {
+  const TuningResult found = run_tuning(task, [&](const SearchResult& so_far) {
     if (shown) {
       std::fprintf(stderr, "\rtuning: %lld evaluations, cost %.6g ",
                    static_cast<long long>(so_far.evaluations), so_far.cost);
@@ -252,7 +256,7 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
     return true;
   });
   if (shown) std::fputc('\n', stderr);
-  design = design_of(structure, std::vector<double>(found.x.begin(), found.x.end()));
+  design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
 }
 
 Json metrics_json(const SimulationResult& result) {

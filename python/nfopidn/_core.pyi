@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 __version__: str
 START_SHARE: float
+FREE_TAP_LATERALS: tuple[str, ...]
 LEAST_SPEED_SCALE: float
 
 _Array: TypeAlias = NDArray[np.float64]

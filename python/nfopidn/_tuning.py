@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -199,8 +199,10 @@ def tune(
         A Scenario or a list of them; None: the published one.
     structure
         "paper" (default), "decoupled", "incremental", "extended" (an order pair a channel), "taps"
-        (extended, with the filters' taps themselves as parameters), or settings of Controller, to
-        which `parameters` "shared-orders" (default), "orders-by-channel" or "taps" may be added.
+        (decoupled, with the filters' taps themselves as parameters; the lateral channel is tried
+        with `lateral` "speed" and with "direction", and the better one is the result), or settings
+        of Controller, to which `parameters` "shared-orders" (default), "orders-by-channel" or
+        "taps" may be added.
         Or a rival: one of Rival.laws(), or {"law": ..., "speeds": ...}, settings of Rival; its
         model of the robot is that of the first scenario. `controller` is a Rival then.
     bounds
@@ -215,8 +217,9 @@ def tune(
     tied
         Parameters that equal another one: {"kp_y": "kp_x"}.
     start
-        A controller to start from. Without one, "taps" spends two fifths of the evaluations on
-        gains and orders first, whose checkpoint has the suffix .gains.
+        A controller to start from. Without one, a search for free taps spends three tenths of the
+        evaluations on gains and orders first. Stages before the last have checkpoints of their
+        own, with the suffixes .gains and .speed.
     risk
         With several scenarios: the cost is the mean of the worst `risk` share of them; 1 is the
         mean of all, 0 the worst case.
@@ -236,6 +239,13 @@ def tune(
     search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
     _check_share(risk, workers)
     first = None if start is None else search.start(start)
+    if structure == "taps":
+        shared = {
+            **{"bounds": bounds, "frozen": frozen, "tied": tied, "method": method},
+            **{"options": options, "callback": callback, "progress": progress},
+            **{"workers": workers, "risk": risk},
+        }
+        return _either_lateral(scenarios, search, settings, start, shared)
     before: TuneResult | None = None
     free_taps = isinstance(search, ControllerSearch) and search.parameters == "taps"
     if start is None and free_taps:
@@ -321,6 +331,86 @@ def _first_gains(
         progress=settings.progress,
         **shared,
     )
+
+
+def _either_lateral(
+    scenarios: list[Scenario],
+    search: Search,
+    settings: Settings,
+    start: Controller | Rival | None,
+    shared: dict[str, Any],
+) -> TuneResult:
+    """Search for free taps with each of what the lateral channel may be fed; keep the better."""
+    chosen, _ = controller_structure("taps")
+    stages: list[TuneResult] = []
+    left, seconds = settings.maxfev, settings.maxtime
+
+    def add(stage: Callable[[], TuneResult]) -> bool:
+        """Run a stage; give whether the search goes on."""
+        nonlocal left, seconds
+        try:
+            stages.append(stage())
+        except BaseException as error:
+            if isinstance(getattr(error, "best", None), TuneResult):
+                stages.append(error.best)  # type: ignore[attr-defined]
+                error.best = _best_of(stages)  # type: ignore[attr-defined]
+            raise
+        last = stages[-1]
+        left -= last.nfev if left < UNLIMITED else 0
+        seconds -= last.elapsed
+        return left > 0 and seconds > 0 and last.status <= ENDED_EARLY
+
+    if start is None:
+        limits = {"workers": shared["workers"], "risk": shared["risk"]}
+
+        def gains() -> TuneResult:
+            found = _first_gains(scenarios, "taps", settings, shared["callback"], limits)
+            return _as_taps(found, search, "taps")
+
+        if not add(gains):
+            return _best_of(stages)
+        start = stages[0].controller
+    laterals = _core.FREE_TAP_LATERALS
+    for lateral in laterals:
+        last = lateral == laterals[-1]
+        suffix = "" if last else f".{lateral}"
+        goes_on = add(
+            lambda lateral=lateral, last=last, suffix=suffix: tune(
+                scenarios,
+                structure={**chosen, "lateral": lateral, "parameters": "taps"},
+                start=start,
+                rng=settings.seed,
+                maxfev=None if left == UNLIMITED else left if last else (left + 1) // 2,
+                maxtime=None if np.isinf(seconds) else seconds if last else seconds / 2,
+                stopval=None if np.isinf(settings.stopval) else settings.stopval,
+                checkpoint=settings.checkpoint + suffix if settings.checkpoint else None,
+                **shared,
+            )
+        )
+        if not goes_on:
+            break
+    return _best_of(stages)
+
+
+def _best_of(stages: list[TuneResult]) -> TuneResult:
+    """Join stages of one search: the best one's answer, the history of all."""
+    result = TuneResult(min(stages, key=lambda stage: stage.fun))
+    spent = np.cumsum([0] + [stage.nfev for stage in stages])
+    history = np.concatenate([stage.history for stage in stages])
+    history["nfev"] += np.repeat(spent[:-1], [len(stage.history) for stage in stages])
+    history["best"] = np.minimum.accumulate(history["best"])
+    last = stages[-1]
+    result.update(
+        structure="taps",
+        nfev=int(spent[-1]),
+        nit=len(history),
+        history=history,
+        elapsed=sum(stage.elapsed for stage in stages),
+        success=last.success,
+        status=last.status,
+        message=last.message,
+    )
+    return result
 
 
 def _as_taps(found: TuneResult, search: Search, structure: Any) -> TuneResult:

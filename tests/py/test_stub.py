@@ -37,6 +37,7 @@ INNER = {
     "final_errors",
     "linear_plant",
     "START_SHARE",
+    "FREE_TAP_LATERALS",
     "LEAST_SPEED_SCALE",
     "CostFunction",
     "search_function",

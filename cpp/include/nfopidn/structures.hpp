@@ -21,7 +21,13 @@ struct ChoiceNames<ParameterSet> {
 struct Structure {
   ControllerSettings<double> settings;  // gains and orders in it do not matter
   ParameterSet parameters = ParameterSet::shared_orders;
+  // A search for free taps also tries what the lateral channel is fed: see free_tap_laterals.
+  bool either_lateral = false;
 };
+
+// Free taps can make of the lateral error as it is what gains and orders cannot. Which is the
+// better one depends on the path.
+inline constexpr Lateral free_tap_laterals[] = {Lateral::speed, Lateral::direction};
 
 enum class StructureName : unsigned char { paper, decoupled, incremental, extended, taps };
 
@@ -37,8 +43,9 @@ inline Structure named_structure(StructureName name) {
   if (name == StructureName::incremental) structure.settings.form = Form::incremental;
   if (name == StructureName::extended || name == StructureName::taps) {
     structure.settings.lateral = Lateral::speed;
+    structure.either_lateral = name == StructureName::taps;
     structure.parameters =
-        name == StructureName::taps ? ParameterSet::taps : ParameterSet::orders_by_channel;
+        structure.either_lateral ? ParameterSet::taps : ParameterSet::orders_by_channel;
   }
   return structure;
 }

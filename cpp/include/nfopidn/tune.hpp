@@ -124,23 +124,15 @@ struct TuningTask {
 };
 
 // The share of a search for free taps that looks for gains and orders to start from.
-constexpr double start_share = 0.4;
+constexpr double start_share = 0.3;
 
-inline SearchResult run_tuning(TuningTask task, const Search::Callback& callback = {}) {
-  std::int64_t spent = 0;
-  if (task.structure.parameters == ParameterSet::taps && task.start.empty() &&
-      task.evaluations > 1) {
-    TuningTask first = task;
-    first.structure.parameters = ParameterSet::orders_by_channel;
-    first.evaluations = std::max<std::int64_t>(
-        1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
-    const SearchResult gains = run_tuning(first, callback);
-    task.start = parameters_of(
-        task.structure.parameters,
-        design_of(first.structure, std::vector<double>(gains.x.begin(), gains.x.end())));
-    spent = gains.evaluations;
-    task.evaluations -= spent;
-  }
+struct TuningResult : SearchResult {
+  Structure structure;  // what x stands for: the task's, with the lateral channel chosen
+};
+
+namespace detail {
+
+inline SearchResult run_stage(const TuningTask& task, const Search::Callback& callback) {
   const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
   const auto size = static_cast<Eigen::Index>(bounds.size());
   Point low(size), high(size);
@@ -154,8 +146,56 @@ inline SearchResult run_tuning(TuningTask task, const Search::Callback& callback
   if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
   search.set_callback(callback);
   BfoaPlus(search, {}, task.evaluations).run();
-  search.result.evaluations += spent;
   return search.result;
+}
+
+// Gains and orders for free taps to start from: a task of its own, and its answer as taps.
+inline SearchResult find_start(TuningTask task, const Search::Callback& callback) {
+  const ParameterSet wanted = task.structure.parameters;
+  task.structure.parameters = ParameterSet::orders_by_channel;
+  task.evaluations = std::max<std::int64_t>(
+      1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
+  SearchResult found = run_stage(task, callback);
+  const std::vector<double> taps = parameters_of(
+      wanted, design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end())));
+  found.x = Eigen::Map<const Point>(taps.data(), static_cast<Eigen::Index>(taps.size()));
+  found.population = found.x;
+  found.population_costs = Eigen::VectorXd::Constant(1, found.cost);
+  return found;
+}
+
+}  // namespace detail
+
+// A callback is told the evaluations of the present stage.
+inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback = {}) {
+  TuningResult best;
+  best.structure = task.structure;
+  std::int64_t spent = 0;
+  const auto keep = [&](const SearchResult& found, const Structure& structure) {
+    spent += found.evaluations;
+    task.evaluations -= found.evaluations;
+    if (!(found.cost < best.cost) && best.x.size() != 0) return;
+    static_cast<SearchResult&>(best) = found;
+    best.structure = structure;
+  };
+  if (task.structure.parameters == ParameterSet::taps && task.start.empty() &&
+      task.evaluations > 1) {
+    keep(detail::find_start(task, callback), task.structure);
+    task.start.assign(best.x.begin(), best.x.end());
+  }
+  const bool goes_on = best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
+  if (goes_on && task.structure.either_lateral) {
+    for (const Lateral lateral : free_tap_laterals) {
+      TuningTask one = task;
+      one.structure.settings.lateral = lateral;
+      if (lateral == free_tap_laterals[0]) one.evaluations -= task.evaluations / 2;
+      if (one.evaluations > 0) keep(detail::run_stage(one, callback), one.structure);
+    }
+  } else if (goes_on) {
+    keep(detail::run_stage(task, callback), task.structure);
+  }
+  best.evaluations = spent;
+  return best;
 }
 
 }  // namespace nfopidn

@@ -325,6 +325,11 @@ py::dict defaults_of(const std::string& method) {
 
 void bind_tuning(py::module_& module) {
   module.attr("START_SHARE") = start_share;
+  py::list laterals;
+  for (const Lateral lateral : free_tap_laterals) {
+    laterals.append(json::write(lateral).get<std::string>());
+  }
+  module.attr("FREE_TAP_LATERALS") = py::tuple(laterals);
   py::class_<PyObjective>(module, "CostFunction", py::is_final(),
                           "CostFunction(scenarios, controller, parameters, source, fixed, "
                           "dimension, risk, threads)\n--\n\nWhat nfopidn.Objective is made of.")
