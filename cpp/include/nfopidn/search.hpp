@@ -30,9 +30,11 @@ class Objective {
   virtual double gradient(const Point& /*point*/, double* /*slopes*/) { return 0; }
 };
 
-// The box of the search. `bend` maps the unit box to it: low + (high - low) u^bend, so that 2
-// searches small values more finely.
+// The box of the search. `bend` maps the unit box to it: 1 in proportion, 2 by a parabola, which
+// searches small values more finely. The parabola leaves 0 with a slope: with none, as u^2 has it,
+// every cost is stationary at the lower bound, and a descent that touches it never leaves.
 struct Box {
+  static constexpr double start_slope = 0.03;  // before division by 1 + start_slope
   Point low, high, bend;
 
   Eigen::Index dimension() const { return low.size(); }
@@ -47,16 +49,18 @@ struct Box {
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
       for (Eigen::Index i = 0; i < points.rows(); ++i) {
         const double u = unit(i, j);
-        points(i, j) = low(i) + (high(i) - low(i)) * (bend(i) == 2 ? u * u : u);
+        points(i, j) = low(i) + (high(i) - low(i)) *
+                                    (bend(i) == 2 ? u * (u + start_slope) / (1 + start_slope) : u);
       }
     }
   }
   Point to_unit(const Point& point) const {
+    constexpr double half = start_slope / 2;
     Point unit(point.size());
     for (Eigen::Index i = 0; i < point.size(); ++i) {
       const double share = high(i) > low(i) ? (point(i) - low(i)) / (high(i) - low(i)) : 0;
       const double inside = std::min(1.0, std::max(0.0, share));
-      unit(i) = bend(i) == 2 ? std::sqrt(inside) : inside;
+      unit(i) = bend(i) == 2 ? std::sqrt(inside * (1 + start_slope) + half * half) - half : inside;
     }
     return unit;
   }
@@ -64,7 +68,8 @@ struct Box {
   Point stretch(const Point& unit) const {
     Point slopes(unit.size());
     for (Eigen::Index i = 0; i < unit.size(); ++i) {
-      slopes(i) = (high(i) - low(i)) * (bend(i) == 2 ? 2 * unit(i) : 1);
+      const double slope = (2 * unit(i) + start_slope) / (1 + start_slope);
+      slopes(i) = (high(i) - low(i)) * (bend(i) == 2 ? slope : 1);
     }
     return slopes;
   }
