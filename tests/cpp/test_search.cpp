@@ -132,6 +132,76 @@ TEST(BfoaPlus, FindsTheBottom) {
   }
 }
 
+// On a lower bound too a bent box has slopes, those of differences.
+TEST(Box, BendsWithASlopeEverywhere) {
+  const Box box = {Point::Constant(1, -1), Point::Constant(1, 4), Point::Constant(1, 2)};
+  for (const double u : {0.0, 0.2, 1.0}) {
+    const Point unit = Point::Constant(1, u);
+    EXPECT_NEAR(box.to_unit(box.to_user(unit))(0), u, 1e-14);
+    const Point after = Point::Constant(1, u + 1e-6);
+    const double slope = (box.to_user(after)(0, 0) - box.to_user(unit)(0, 0)) / 1e-6;
+    EXPECT_NEAR(box.stretch(unit)(0), slope, 1e-4);
+    EXPECT_GT(box.stretch(unit)(0), 0.1);
+  }
+  EXPECT_EQ(box.to_user(Points::Zero(1, 1))(0, 0), -1);
+  EXPECT_EQ(box.to_user(Points::Ones(1, 1))(0, 0), 4);
+}
+
+TEST(QuasiNewton, LeavesALowerBoundOfABentBox) {
+  Bowl bowl(true, true);
+  const Box box = {Point::Zero(5), Point::Ones(5), Point::Constant(5, 2)};
+  Search search(bowl, box, evaluations(2000), 1);
+  Point point = Point::Zero(5);
+  const double cost =
+      QuasiNewton(search).descend(point, 2000, [](const Point&, double) { return true; });
+  EXPECT_LT(cost, 1e-9);
+}
+
+TEST(DescentWatch, GivesUpTheSlowAndTheFollowed) {
+  const Point here = Point::Zero(2), near = Point::Constant(2, 0.1), far = Point::Ones(2);
+  DescentWatch watch;
+  watch.begin(0.5);
+  for (int step = 0; step < 13; ++step) EXPECT_TRUE(watch.is_promising(here, 1));
+  EXPECT_FALSE(watch.is_promising(here, 1));
+  EXPECT_TRUE(watch.is_promising(here, 0.5));
+  watch.end(here, 0.4);
+  watch.begin(0.3);
+  EXPECT_TRUE(watch.is_promising(far, 1));
+  EXPECT_FALSE(watch.is_promising(near, 1));
+  EXPECT_TRUE(watch.is_promising(near, 0.35));
+  // The pace counts, not the steps.
+  watch.begin(0.5);
+  for (int step = 0; step < 30; ++step) EXPECT_TRUE(watch.is_promising(far, 10 - 0.2 * step));
+}
+
+// After the descents from the cells others start anywhere, but not where a start was given.
+TEST(BfoaPlus, StartsAnewAnywhere) {
+  class Watched : public Waves {
+   public:
+    Watched() : Waves(true) {}
+    void costs(const Points& points, double* costs) override {
+      Waves::costs(points, costs);
+      spread = points.cols() == 40
+                   ? (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).minCoeff()
+                   : spread;
+    }
+    double spread = 0;  // of the last block of 40
+  };
+  for (const bool given : {false, true}) {
+    Watched watched;
+    Search search(watched, unit_box(5), evaluations(10000), 3);
+    if (given) search.start = Point::Constant(5, 0.3);
+    BfoaPlusOptions options;
+    options.cells = 30;
+    BfoaPlus(search, options, 10000).run();
+    if (given) {
+      EXPECT_EQ(watched.spread, 0);
+    } else {
+      EXPECT_GT(watched.spread, 2.4);
+    }
+  }
+}
+
 TEST(Search, StopsAtTheTargetAndWhenAsked) {
   Bowl bowl;
   SearchLimits limits;

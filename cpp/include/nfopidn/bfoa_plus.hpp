@@ -6,7 +6,8 @@
 // success, and swims on while that pays; or it tumbles along differences between cells of its
 // colony, with a reach and a share of coordinates learnt from what succeeded. Colonies do not see
 // each other, so that they end in different valleys. A cell never moves to a worse place. A
-// quasi-Newton descent finishes from the best cells, and from jumps away from the best point.
+// quasi-Newton descent finishes from the best cells, then from new places, or where a good one was
+// given from jumps away from the best point.
 #pragma once
 
 #include "nfopidn/quasi_newton.hpp"
@@ -20,7 +21,7 @@ struct BfoaPlusOptions {
   int first_points = 300;
   double differential_share = 0.65;
   double step = 0.1;
-  double foraging_share = 0.4;
+  double foraging_share = 0.3;
   double blind_foraging_share = 0.8;
   int finishers = 4;
 
@@ -223,15 +224,14 @@ class BfoaPlus {
     return sparse_step_;
   }
 
-  // Descents from the best cells that are apart, then from jumps off the best point.
+  // Descents from the best cells that are apart, then from elsewhere for as long as there is
+  // budget.
   void finish() {
     constexpr double apart = 0.1;
-    QuasiNewton descent(search_);
     // A descent along a narrow valley takes some two hundred evaluations a coordinate.
-    const std::int64_t share =
-        std::max<std::int64_t>(search_.left() * 2 / 5, 200 * search_.dimension());
+    share_of_descent_ = std::max<std::int64_t>(search_.left() * 2 / 5, 200 * search_.dimension());
     std::vector<Eigen::Index> used;
-    int round = 0;
+    double best = std::numeric_limits<double>::infinity();
     for (const Eigen::Index k : ranking(costs_)) {
       if (static_cast<int>(used.size()) >= options_.finishers || search_.done()) break;
       bool near = false;
@@ -240,21 +240,51 @@ class BfoaPlus {
       }
       if (near) continue;
       used.push_back(k);
-      Point point = cells_.col(k);
-      const auto note = [&] { search_.note(0, 1, round++, cells_, costs_, 0); };
-      keep(k, point, descent.descend(point, share, note));
-      note();
+      best = std::min(best, descend(k, cells_.col(k), best, 1, 0));
     }
     while (search_.left() > 0 && !search_.done()) {
       // From 0.3 of the box down to 0.01 of it, in proportion as likely: their size hardly matters.
-      const double size = 0.3 * math<double>::exponential(uniform() * math<double>::log(0.03));
-      Point point = clip_to_box(search_.box().to_unit(search_.result.x) + sparse(size));
-      const Eigen::Index worst = ranking(costs_).back();
-      const auto note = [&] { search_.note(0, 2, round++, cells_, costs_, size); };
-      keep(worst, point, descent.descend(point, share, note));
-      note();
+      const double size =
+          roams() ? 0 : 0.3 * math<double>::exponential(uniform() * math<double>::log(0.03));
+      const Point from = roams() ? far_point() : near_best(size);
+      descend(ranking(costs_).back(), from, search_.result.cost, 2, size);
       if (search_.left() < 2 * search_.dimension()) use_up();
     }
+  }
+
+  // Whether descents start anew anywhere, rather than by a jump off the best point. Not where a
+  // start is known to be good, nor without gradients, where a descent is too dear.
+  bool roams() const { return search_.objective().has_gradient() && search_.start.size() == 0; }
+
+  // Descends from a point; cell k goes to where that ends, if it is better there.
+  double descend(Eigen::Index k, Point point, double best, int phase, double size) {
+    const auto note = [&] { search_.note(0, phase, round_++, cells_, costs_, size); };
+    watch_.begin(best);
+    const double cost =
+        descent_.descend(point, share_of_descent_, [&](const Point& place, double now) {
+          note();
+          return !roams() || watch_.is_promising(place, now);
+        });
+    watch_.end(point, cost);
+    keep(k, point, cost);
+    note();
+    return cost;
+  }
+
+  // The best of a few anywhere.
+  Point far_point() {
+    constexpr Eigen::Index count = 40;
+    Points points(search_.dimension(), count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      points.col(k) = random_point(search_.random, search_.dimension());
+    }
+    Eigen::Index best = 0;
+    search_.evaluate(points).minCoeff(&best);
+    return points.col(best);
+  }
+
+  Point near_best(double size) {
+    return clip_to_box(search_.box().to_unit(search_.result.x) + sparse(size));
   }
 
   void keep(Eigen::Index k, const Point& point, double cost) {
@@ -266,13 +296,17 @@ class BfoaPlus {
   // What is too little for a descent goes into sparse tumbles around the best point.
   void use_up() {
     while (search_.left() > 0 && !search_.done()) {
-      search_.evaluate(clip_to_box(search_.box().to_unit(search_.result.x) + sparse(1e-3)));
+      search_.evaluate(near_best(1e-3));
     }
   }
 
   Search& search_;
   BfoaPlusOptions options_;
   std::int64_t budget_;
+  QuasiNewton descent_{search_};
+  DescentWatch watch_;
+  std::int64_t share_of_descent_ = 0;
+  int round_ = 0;
   Points cells_, headings_;
   Eigen::VectorXd costs_, steps_;
   std::vector<unsigned char> swimming_;
