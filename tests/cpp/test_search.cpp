@@ -152,26 +152,19 @@ TEST(QuasiNewton, LeavesALowerBoundOfABentBox) {
   const Box box = {Point::Zero(5), Point::Ones(5), Point::Constant(5, 2)};
   Search search(bowl, box, evaluations(2000), 1);
   Point point = Point::Zero(5);
-  const double cost =
-      QuasiNewton(search).descend(point, 2000, [](const Point&, double) { return true; });
+  const double cost = QuasiNewton(search).descend(point, 2000, [](double) { return true; });
   EXPECT_LT(cost, 1e-9);
 }
 
-TEST(DescentWatch, GivesUpTheSlowAndTheFollowed) {
-  const Point here = Point::Zero(2), near = Point::Constant(2, 0.1), far = Point::Ones(2);
+TEST(DescentWatch, GivesUpTheSlow) {
   DescentWatch watch;
   watch.begin(0.5);
-  for (int step = 0; step < 13; ++step) EXPECT_TRUE(watch.is_promising(here, 1));
-  EXPECT_FALSE(watch.is_promising(here, 1));
-  EXPECT_TRUE(watch.is_promising(here, 0.5));
-  watch.end(here, 0.4);
-  watch.begin(0.3);
-  EXPECT_TRUE(watch.is_promising(far, 1));
-  EXPECT_FALSE(watch.is_promising(near, 1));
-  EXPECT_TRUE(watch.is_promising(near, 0.35));
+  for (int step = 0; step < 13; ++step) EXPECT_TRUE(watch.is_promising(1));
+  EXPECT_FALSE(watch.is_promising(1));
+  EXPECT_TRUE(watch.is_promising(0.5));
   // The pace counts, not the steps.
   watch.begin(0.5);
-  for (int step = 0; step < 30; ++step) EXPECT_TRUE(watch.is_promising(far, 10 - 0.2 * step));
+  for (int step = 0; step < 30; ++step) EXPECT_TRUE(watch.is_promising(10 - 0.2 * step));
 }
 
 // After the descents from the cells others start anywhere, but not where a start was given.

@@ -11,7 +11,7 @@ class QuasiNewton {
 
   // Descends from `point` for at most about `evaluations`; leaves there the point it came to, and
   // returns its cost. Stops at a minimum, on a cliff, or when progress is too small to go on.
-  // `goes_on` is asked after each step, with the point and its cost.
+  // `goes_on` is asked after each step, with the cost.
   template <class GoesOn>
   double descend(Point& point, std::int64_t evaluations, const GoesOn& goes_on) {
     const std::int64_t last = search_.result.evaluations + evaluations;
@@ -42,7 +42,7 @@ class QuasiNewton {
       slopes = next_slopes;
       cost = next_cost;
       small = before - cost < 1e-9 * std::fabs(cost) ? small + 1 : 0;
-      if (!goes_on(point, cost)) break;
+      if (!goes_on(cost)) break;
     }
     return cost;
   }
@@ -161,37 +161,17 @@ class DescentWatch {
     costs_.clear();
   }
 
-  bool is_promising(const Point& point, double cost) {
+  // Whether at its present pace it would come under the best in time.
+  bool is_promising(double cost) {
+    constexpr std::size_t first_steps = 13, steps = 8;
+    constexpr double patience = 6;  // times `steps`
     costs_.push_back(cost);
-    return cost <= best_ || !(is_slow() || is_followed(point, cost));
+    if (cost <= best_ || costs_.size() <= first_steps) return true;
+    const double gained = costs_[costs_.size() - 1 - steps] - cost;
+    return cost - best_ <= patience * gained;
   }
-
-  void end(const Point& point, double cost) { ends_.push_back({point, cost}); }
 
  private:
-  // At its present pace it would take too long to come under the best.
-  bool is_slow() const {
-    constexpr std::size_t first_steps = 13, steps = 8;
-    constexpr double patience = 10;  // times `steps`
-    if (costs_.size() <= first_steps) return false;
-    const double gained = costs_[costs_.size() - 1 - steps] - costs_.back();
-    return costs_.back() - best_ > patience * gained;
-  }
-
-  // It has come near the end of an earlier one, above it.
-  bool is_followed(const Point& point, double cost) const {
-    constexpr double near = 0.3;
-    for (const End& end : ends_) {
-      if (end.cost < cost && (point - end.place).norm() < near) return true;
-    }
-    return false;
-  }
-
-  struct End {
-    Point place;
-    double cost;
-  };
-  std::vector<End> ends_;
   std::vector<double> costs_;  // of the present descent, after each step
   double best_ = 0;
 };

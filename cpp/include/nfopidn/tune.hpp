@@ -183,7 +183,8 @@ inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback
     keep(detail::find_start(task, callback), task.structure);
     task.start.assign(best.x.begin(), best.x.end());
   }
-  const bool goes_on = best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
+  const bool goes_on =
+      best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
   if (goes_on && task.structure.either_lateral) {
     for (const Lateral lateral : free_tap_laterals) {
       TuningTask one = task;

@@ -1,0 +1,43 @@
+// L3. Settings of cognitive bacterial foraging.
+#pragma once
+
+#include "nfopidn/schema.hpp"
+
+namespace nfopidn {
+
+struct BfoaPlusOptions {
+  int cells = 32;
+  int blind_cells = 20;
+  int colonies = 4;
+  int first_points = 300;
+  double differential_share = 0.65;
+  double step = 0.1;
+  double foraging_share = 0.3;
+  double blind_foraging_share = 0.8;
+  int finishers = 3;
+
+  template <class Visitor>
+  static constexpr void fields(Visitor&& visit) {
+    using B = BfoaPlusOptions;
+    visit(field("cells", &B::cells, "", between(4, 10000), "cells, with exact gradients"));
+    visit(field("blind_cells", &B::blind_cells, "", between(4, 10000),
+                "cells, without gradients: fewer live longer"));
+    visit(field("colonies", &B::colonies, "", between(1, 1000),
+                "groups of cells, each of at least 4, that do not see each other; with exact "
+                "gradients"));
+    visit(field("first_points", &B::first_points, "", between(4, 1e6),
+                "points of the Latin hypercube; the best become cells"));
+    visit(field("differential_share", &B::differential_share, "", between(0, 1),
+                "share of tumbles along differences between cells"));
+    visit(field("step", &B::step, "", between(1e-9, 1),
+                "first step of the sparse tumbles, in units of the box"));
+    visit(field("foraging_share", &B::foraging_share, "", between(0, 1),
+                "share of the evaluations before the descent, with exact gradients"));
+    visit(field("blind_foraging_share", &B::blind_foraging_share, "", between(0, 1),
+                "the same without gradients"));
+    visit(field("finishers", &B::finishers, "", between(1, 1000),
+                "cells, apart from each other, from which a descent starts"));
+  }
+};
+
+}  // namespace nfopidn
