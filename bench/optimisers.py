@@ -324,18 +324,20 @@ ABLATION: dict[str, Mapping[str, Any]] = {
     "no sparse tumbles": {"differential_share": 1.0},
     "no gradient finish": {"foraging_share": 1.0},
     "gradient finish alone": {"foraging_share": 0.03},
-    "one descent, then jumps": {"finishers": 1},
+    "one descent, then new places": {"finishers": 1},
+    "jumps, no new places": {"restart_points": 0},
+    "every descent to its end": {"patience": 1e9},
     "one colony": {"colonies": 1},
     "two colonies": {"colonies": 2},
-    "20 cells": {"cells": 20},
-    "80 cells": {"cells": 80},
+    "16 cells": {"cells": 16},
+    "64 cells": {"cells": 64},
     "few first points": {"first_points": 40},
 }
 
 
 def ablation(seeds: int) -> None:
     """What each ingredient is worth."""
-    for row in (PAPER, "incremental, gains to 3", "extended"):
+    for row in (PAPER, "incremental, gains to 3", "positional, decoupled", "extended"):
         header(f"ablation of bfoa+: {row}, {BUDGET} evaluations, {seeds} seeds")
         for name, options in ABLATION.items():
             start = time.perf_counter()

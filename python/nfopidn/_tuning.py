@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -373,28 +374,33 @@ def _either_lateral(
     laterals = _core.FREE_TAP_LATERALS
     for lateral in laterals:
         last = lateral == laterals[-1]
+        part = 1 if last else 2  # of what is left
         suffix = "" if last else f".{lateral}"
-        goes_on = add(
-            lambda lateral=lateral, last=last, suffix=suffix: tune(
-                scenarios,
-                structure={**chosen, "lateral": lateral, "parameters": "taps"},
-                start=start,
-                rng=settings.seed,
-                maxfev=None if left == UNLIMITED else left if last else (left + 1) // 2,
-                maxtime=None if np.isinf(seconds) else seconds if last else seconds / 2,
-                stopval=None if np.isinf(settings.stopval) else settings.stopval,
-                checkpoint=settings.checkpoint + suffix if settings.checkpoint else None,
-                **shared,
-            )
+        stage = partial(
+            tune,
+            scenarios,
+            structure={**chosen, "lateral": lateral, "parameters": "taps"},
+            start=start,
+            rng=settings.seed,
+            maxfev=None if left == UNLIMITED else -(-left // part),
+            maxtime=None if np.isinf(seconds) else seconds / part,
+            stopval=None if np.isinf(settings.stopval) else settings.stopval,
+            checkpoint=settings.checkpoint + suffix if settings.checkpoint else None,
+            **shared,
         )
-        if not goes_on:
+        if not add(stage):
             break
     return _best_of(stages)
 
 
+def _cost(stage: TuneResult) -> float:
+    return float(stage["fun"])
+
+
 def _best_of(stages: list[TuneResult]) -> TuneResult:
     """Join stages of one search: the best one's answer, the history of all."""
-    result = TuneResult(min(stages, key=lambda stage: stage.fun))
+    best: TuneResult = min(stages, key=_cost)
+    result = TuneResult(best)
     spent = np.cumsum([0] + [stage.nfev for stage in stages])
     history = np.concatenate([stage.history for stage in stages])
     history["nfev"] += np.repeat(spent[:-1], [len(stage.history) for stage in stages])

@@ -157,7 +157,7 @@ TEST(QuasiNewton, LeavesALowerBoundOfABentBox) {
 }
 
 TEST(DescentWatch, GivesUpTheSlow) {
-  DescentWatch watch;
+  DescentWatch watch(10);
   watch.begin(0.5);
   for (int step = 0; step < 13; ++step) EXPECT_TRUE(watch.is_promising(1));
   EXPECT_FALSE(watch.is_promising(1));
@@ -274,11 +274,49 @@ TEST(Bfoa, EveryKnobTurnsSomething) {
        {"repellent_width", 0.1}});
 }
 
+// Along a bent valley descents take many steps. Without patience those from new places end early.
+TEST(BfoaPlus, GivesUpSlowDescents) {
+  class Valley : public Bowl {
+   public:
+    Valley() : Bowl(true, true) {}
+    void costs(const Points& points, double* costs) override {
+      for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = at(points.col(j), nullptr);
+    }
+    double gradient(const Point& point, double* slopes) override { return at(point, slopes); }
+
+   private:
+    static double at(const Point& x, double* slopes) {
+      if (slopes != nullptr) std::fill(slopes, slopes + x.size(), 0.0);
+      double cost = 0;
+      for (Eigen::Index i = 0; i + 1 < x.size(); ++i) {
+        const double off = x(i + 1) - x(i) * x(i), left = 1 - x(i);
+        cost += 100 * off * off + left * left;
+        if (slopes == nullptr) continue;
+        slopes[i] += -400 * off * x(i) - 2 * left;
+        slopes[i + 1] += 200 * off;
+      }
+      return cost;
+    }
+  };
+  std::size_t steps[2];
+  for (const int patient : {0, 1}) {
+    Valley valley;
+    const Box box = {Point::Constant(5, -2), Point::Constant(5, 2), Point::Ones(5)};
+    Search search(valley, box, evaluations(4000), 1);
+    BfoaPlusOptions options;
+    options.patience = patient * 1e9;
+    BfoaPlus(search, options, 4000).run();
+    EXPECT_LT(search.result.cost, 1e-9);
+    steps[patient] = search.result.history.size();
+  }
+  EXPECT_NE(steps[0], steps[1]);
+}
+
 TEST(BfoaPlus, EveryKnobTurnsSomething) {
   std::map<std::string, double> values = {
-      {"cells", 20},   {"first_points", 60}, {"differential_share", 0.2},
-      {"colonies", 1}, {"step", 0.01},       {"foraging_share", 0.2},
-      {"finishers", 1}};
+      {"cells", 20},    {"first_points", 60}, {"differential_share", 0.2},
+      {"colonies", 1},  {"step", 0.01},       {"foraging_share", 0.2},
+      {"finishers", 1}, {"restart_points", 0}};
   for (const bool gradient : {true, false}) {
     expect_knobs<BfoaPlusOptions>(
         [&](const BfoaPlusOptions& options) {
@@ -286,10 +324,12 @@ TEST(BfoaPlus, EveryKnobTurnsSomething) {
           return minimise<BfoaPlus>(waves, evaluations(3000), options, std::int64_t{3000});
         },
         values,
-        gradient ? std::set<std::string>{"blind_foraging_share", "blind_cells"}
-                 : std::set<std::string>{"foraging_share", "cells", "colonies", "finishers"});
+        gradient ? std::set<std::string>{"blind_foraging_share", "blind_cells", "patience"}
+                 : std::set<std::string>{"foraging_share", "cells", "colonies", "finishers",
+                                         "restart_points", "patience"});
     values.erase("foraging_share");
     values.erase("cells");
+    values.erase("restart_points");
     values["blind_foraging_share"] = 0.5;
     values["blind_cells"] = 12;
   }

@@ -31,5 +31,26 @@ TEST(TuneObjective, IsTheMeanOfTheWorstScenarios) {
   EXPECT_NEAR(cost(0), each[2], 1e-10);
 }
 
+// On the published scenario the lateral error as it is serves free taps better than by speed.
+TEST(RunTuning, ChoosesWhatTheLateralChannelIsFed) {
+  const Scenario scenario = Scenario::published();
+  TuningTask task;
+  task.scenarios = {&scenario};
+  task.structure = named_structure(StructureName::taps);
+  task.evaluations = 10000;
+  task.seed = 2;
+  const TuningResult found = run_tuning(task);
+  EXPECT_EQ(found.evaluations, 10000);
+  EXPECT_EQ(found.structure.settings.lateral, Lateral::direction);
+  const ControllerDesign design =
+      design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
+  EXPECT_NEAR(simulate(scenario, design).metrics.cost, found.cost, 1e-9 * found.cost);
+  task.structure.either_lateral = false;
+  const TuningResult by_speed = run_tuning(task);
+  EXPECT_EQ(by_speed.structure.settings.lateral, Lateral::speed);
+  EXPECT_EQ(by_speed.evaluations, 10000);
+  EXPECT_GT(by_speed.cost, found.cost);
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -72,12 +72,10 @@ def test_a_structure_is_tuned(structure, golden_costs):
         ("decoupled", {"allocation": "decoupled"}),
         ("incremental", {"allocation": "decoupled", "form": "incremental"}),
         ("extended", {"allocation": "decoupled", "lateral": "speed"}),
-        ("taps", {"allocation": "decoupled", "lateral": "speed"}),
     ],
 )
 def test_what_a_structure_stands_for(structure, settings):
-    by_channel = {"extended": "orders-by-channel", "taps": "taps"}
-    parameters = by_channel.get(structure, "shared-orders")
+    parameters = "orders-by-channel" if structure == "extended" else "shared-orders"
     published = Controller.published(**settings)
     result = short(structure=structure, maxfev=60)
     assert result.controller.allocation == published.allocation
@@ -86,6 +84,39 @@ def test_what_a_structure_stands_for(structure, settings):
     whole = short(structure={**settings, "parameters": parameters}, maxfev=60)
     assert_array_equal(result.x, whole.x)
     assert result.controller == whole.controller
+
+
+@pytest.mark.parametrize(
+    ("heading", "lateral"), [("forward", "direction"), ("continuous", "speed")]
+)
+def test_free_taps_are_tried_with_the_lateral_error_fed_either_way(heading, lateral):
+    scenario = Scenario.published(heading=heading, rng=0)
+    result = tune(scenario, structure="taps", rng=2)
+    assert (result.controller.lateral, result.structure) == (lateral, "taps")
+    assert simulate(scenario, result.controller).cost == pytest.approx(result.fun, rel=1e-9)
+    assert result.nfev == result.history["nfev"][-1] == 10000
+    assert (np.diff(result.history["nfev"]) >= 0).all()
+    assert (np.diff(result.history["best"]) <= 0).all()
+    assert result.history["best"][-1] == result.fun
+    settings = {"allocation": "decoupled", "lateral": lateral, "parameters": "taps"}
+    start = Controller.published(allocation="decoupled", lateral="speed")
+    either = tune(scenario, structure="taps", rng=1, maxfev=1000, start=start)
+    alone = tune(scenario, structure=settings, rng=1, maxfev=500, start=start)
+    assert (either.nfev, either.fun, either.controller) == (1000, alone.fun, alone.controller)
+
+
+def test_what_a_callback_raises_in_a_later_stage_has_the_best_of_all():
+    def fail(intermediate_result):
+        if seen and intermediate_result.nfev < seen[-1][0]:
+            raise RuntimeError("enough")
+        seen.append((intermediate_result.nfev, intermediate_result.fun))
+
+    seen = []
+    start = tune(structure="extended", rng=1, maxfev=2000).controller
+    with pytest.raises(RuntimeError, match="enough") as caught:
+        tune(structure="taps", start=start, rng=1, maxfev=400, callback=fail)
+    assert caught.value.best.fun == min(fun for _, fun in seen)
+    assert caught.value.best.nfev > seen[-1][0]
 
 
 def test_no_structure_is_the_paper_s():

@@ -218,9 +218,13 @@ class BfoaPlus {
     }
   }
 
-  // Whether descents start anew anywhere, rather than by a jump off the best point. Not where a
-  // start is known to be good, nor without gradients, where a descent is too dear.
-  bool roams() const { return search_.objective().has_gradient() && search_.start.size() == 0; }
+  // Whether other valleys are looked for: not where a start is known to be good, nor without
+  // gradients, where a descent is too dear.
+  bool looks_afar() const {
+    return search_.objective().has_gradient() && search_.start.size() == 0;
+  }
+  // Whether descents start anew anywhere, rather than by a jump off the best point.
+  bool roams() const { return looks_afar() && options_.restart_points > 0; }
 
   // Descends from a point; cell k goes to where that ends, if it is better there.
   double descend(Eigen::Index k, Point point, double best, int phase, double size) {
@@ -228,7 +232,7 @@ class BfoaPlus {
     watch_.begin(best);
     const double cost = descent_.descend(point, share_of_descent_, [&](double now) {
       note();
-      return !roams() || watch_.is_promising(now);
+      return !looks_afar() || watch_.is_promising(now);
     });
     keep(k, point, cost);
     note();
@@ -237,9 +241,8 @@ class BfoaPlus {
 
   // The best of a few anywhere.
   Point far_point() {
-    constexpr Eigen::Index count = 40;
-    Points points(search_.dimension(), count);
-    for (Eigen::Index k = 0; k < count; ++k) {
+    Points points(search_.dimension(), options_.restart_points);
+    for (Eigen::Index k = 0; k < points.cols(); ++k) {
       points.col(k) = random_point(search_.random, search_.dimension());
     }
     Eigen::Index best = 0;
@@ -268,7 +271,7 @@ class BfoaPlus {
   BfoaPlusOptions options_;
   std::int64_t budget_;
   QuasiNewton descent_{search_};
-  DescentWatch watch_;
+  DescentWatch watch_{options_.patience};
   std::int64_t share_of_descent_ = 0;
   int round_ = 0;
   Points cells_, headings_;

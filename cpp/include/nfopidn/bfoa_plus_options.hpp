@@ -15,6 +15,8 @@ struct BfoaPlusOptions {
   double foraging_share = 0.3;
   double blind_foraging_share = 0.8;
   int finishers = 3;
+  int restart_points = 40;
+  double patience = 6;
 
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
@@ -37,6 +39,13 @@ struct BfoaPlusOptions {
                 "the same without gradients"));
     visit(field("finishers", &B::finishers, "", between(1, 1000),
                 "cells, apart from each other, from which a descent starts"));
+    visit(
+        field("restart_points", &B::restart_points, "", between(0, 1e6),
+              "points anywhere, the best of which starts a further descent; 0: jumps off the best "
+              "point; with exact gradients"));
+    visit(field("patience", &B::patience, "", between(0, 1e9),
+                "a descent is given up that, at the pace of its last eight steps, is more than so "
+                "many times eight steps from the best; with exact gradients"));
   }
 };
 

@@ -155,6 +155,8 @@ class QuasiNewton {
 // Tells which of many descents to give up: what they would cost is better spent on another start.
 class DescentWatch {
  public:
+  explicit DescentWatch(double patience) : patience_(patience) {}
+
   // A descent starts that is worth going on with once it is under `best`.
   void begin(double best) {
     best_ = best;
@@ -164,16 +166,16 @@ class DescentWatch {
   // Whether at its present pace it would come under the best in time.
   bool is_promising(double cost) {
     constexpr std::size_t first_steps = 13, steps = 8;
-    constexpr double patience = 6;  // times `steps`
     costs_.push_back(cost);
     if (cost <= best_ || costs_.size() <= first_steps) return true;
     const double gained = costs_[costs_.size() - 1 - steps] - cost;
-    return cost - best_ <= patience * gained;
+    return cost - best_ <= patience_ * gained;
   }
 
  private:
   std::vector<double> costs_;  // of the present descent, after each step
   double best_ = 0;
+  double patience_;  // times `steps`
 };
 
 }  // namespace nfopidn
