@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn._files import replace_file
-from nfopidn._parameters import ControllerSearch, Search, controller_structure, make_search
+from nfopidn._parameters import ControllerSearch, controller_structure, make_search
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
@@ -133,16 +133,7 @@ class Objective:
         self.parameters = search.names
         #: (p, 2): low and high of each.
         self.bounds = np.column_stack([search.low, search.high])
-        self._function = _core.CostFunction(
-            _scenarios(scenario),
-            search.base,
-            search.parameters,
-            search.source,
-            search.fixed,
-            len(search.names),
-            float(risk),
-            int(workers),
-        )
+        self._function = _cost_function(_scenarios(scenario), search, risk, workers)
 
     def __call__(self, x: ArrayLike) -> float:
         """Give the cost (eq. 41) of a point (p,)."""
@@ -163,6 +154,21 @@ class Objective:
     def parameters_of(self, controller: Controller) -> Array:
         """Give the free parameters (p,) that a controller has."""
         return self._search.start(controller)
+
+
+def _cost_function(
+    scenarios: list[Scenario], search: ControllerSearch, risk: float, workers: int
+) -> _core.CostFunction:
+    return _core.CostFunction(
+        scenarios,
+        search.base,
+        search.parameters,
+        search.source,
+        search.fixed,
+        len(search.names),
+        float(risk),
+        int(workers),
+    )
 
 
 def _check_share(risk: float, workers: int) -> None:
@@ -240,7 +246,7 @@ def tune(
     search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
     _check_share(risk, workers)
     first = None if start is None else search.start(start)
-    if structure == "taps":
+    if structure == "taps" and isinstance(search, ControllerSearch):
         shared = {
             **{"bounds": bounds, "frozen": frozen, "tied": tied, "method": method},
             **{"options": options, "callback": callback, "progress": progress},
@@ -248,14 +254,13 @@ def tune(
         }
         return _either_lateral(scenarios, search, settings, start, shared)
     before: TuneResult | None = None
-    free_taps = isinstance(search, ControllerSearch) and search.parameters == "taps"
-    if start is None and free_taps:
+    if start is None and isinstance(search, ControllerSearch) and search.parameters == "taps":
         before = _first_gains(
             scenarios, structure, settings, callback, {"workers": workers, "risk": risk}
         )
         first = search.start(before.controller)
         if before.status >= ENDED_EARLY or before.nfev >= settings.maxfev:
-            return _as_taps(before, search, structure)
+            return _as_taps(before, search, structure, _cost_function(scenarios, search, risk, 1))
     problem = {
         "kind": "tune",
         "scenario": [json.loads(one.to_json()) for one in scenarios],
@@ -336,7 +341,7 @@ def _first_gains(
 
 def _either_lateral(
     scenarios: list[Scenario],
-    search: Search,
+    search: ControllerSearch,
     settings: Settings,
     start: Controller | Rival | None,
     shared: dict[str, Any],
@@ -366,7 +371,8 @@ def _either_lateral(
 
         def gains() -> TuneResult:
             found = _first_gains(scenarios, "taps", settings, shared["callback"], limits)
-            return _as_taps(found, search, "taps")
+            cost = _cost_function(scenarios, search, shared["risk"], 1)
+            return _as_taps(found, search, "taps", cost)
 
         if not add(gains):
             return _best_of(stages)
@@ -419,15 +425,22 @@ def _best_of(stages: list[TuneResult]) -> TuneResult:
     return result
 
 
-def _as_taps(found: TuneResult, search: Search, structure: Any) -> TuneResult:
-    """Give a search that ended with gains and orders as one for taps."""
+def _as_taps(
+    found: TuneResult, search: ControllerSearch, structure: Any, cost: _core.CostFunction
+) -> TuneResult:
+    """Give a search that ended with gains and orders as one for taps.
+
+    Its cost is that of the free taps: they may be frozen or tied, and not make what was found.
+    """
     x = search.start(found.controller)
+    fun = float(cost.costs(x[None, :])[0])
     found.update(
         x=x,
+        fun=fun,
         structure=structure,
         parameters=search.names,
         controller=search.controller(x),
         population=x[None, :],
-        population_energies=np.array([found.fun]),
+        population_energies=np.array([fun]),
     )
     return found

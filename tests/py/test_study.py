@@ -231,6 +231,9 @@ def test_poses_are_those_of_simulate(study, gains):
         if row["outcome"] == "settles":
             assert settled == pytest.approx(beyond[-1])
             assert settled < 150
+        elif row["outcome"] == "diverges":
+            assert settled is None
+            assert run.diverged_at is not None
         else:
             assert row["outcome"] == "never settles"
             assert settled is None

@@ -115,7 +115,8 @@ def test_what_a_callback_raises_in_a_later_stage_has_the_best_of_all():
     start = tune(structure="extended", rng=1, maxfev=2000).controller
     with pytest.raises(RuntimeError, match="enough") as caught:
         tune(structure="taps", start=start, rng=1, maxfev=400, callback=fail)
-    assert caught.value.best.fun == min(fun for _, fun in seen)
+    assert caught.value.best.fun <= min(fun for _, fun in seen)
+    assert caught.value.best.controller.lateral == "speed"
     assert caught.value.best.nfev > seen[-1][0]
 
 

@@ -31,6 +31,11 @@ class BfoaPlus {
     }
     if (!search_.done()) finish();
     search_.spend();
+    // The history ends with the result.
+    if (search_.result.history.empty() ||
+        search_.result.history.back().evaluations != search_.result.evaluations) {
+      search_.note(0, 2, round_, cells_, costs_, 0);
+    }
   }
 
  private:
