@@ -98,11 +98,15 @@ def test_free_taps_are_tried_with_the_lateral_error_fed_either_way(heading, late
     assert (np.diff(result.history["nfev"]) >= 0).all()
     assert (np.diff(result.history["best"]) <= 0).all()
     assert result.history["best"][-1] == result.fun
-    settings = {"allocation": "decoupled", "lateral": lateral, "parameters": "taps"}
     start = Controller.published(allocation="decoupled", lateral="speed")
     either = tune(scenario, structure="taps", rng=1, maxfev=1000, start=start)
-    alone = tune(scenario, structure=settings, rng=1, maxfev=500, start=start)
-    assert (either.nfev, either.fun, either.controller) == (1000, alone.fun, alone.controller)
+    settings = {"allocation": "decoupled", "parameters": "taps"}
+    alone = [
+        tune(scenario, structure={**settings, "lateral": one}, rng=1, maxfev=500, start=start)
+        for one in ("speed", "direction")
+    ]
+    best = min(alone, key=lambda result: result.fun)
+    assert (either.nfev, either.fun, either.controller) == (1000, best.fun, best.controller)
 
 
 def test_what_a_callback_raises_in_a_later_stage_has_the_best_of_all():

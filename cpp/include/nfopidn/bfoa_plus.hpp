@@ -31,11 +31,7 @@ class BfoaPlus {
     }
     if (!search_.done()) finish();
     search_.spend();
-    // The history ends with the result.
-    if (search_.result.history.empty() ||
-        search_.result.history.back().evaluations != search_.result.evaluations) {
-      search_.note(0, 2, round_, cells_, costs_, 0);
-    }
+    end_history();
   }
 
  private:
@@ -263,6 +259,14 @@ class BfoaPlus {
     if (!(cost < costs_(k))) return;
     cells_.col(k) = point;
     costs_(k) = cost;
+  }
+
+  // The history ends with the result.
+  void end_history() {
+    const SearchResult& result = search_.result;
+    if (result.reason == StopReason::not_a_number) return;
+    if (!result.history.empty() && result.history.back().evaluations == result.evaluations) return;
+    search_.note(0, 2, round_, cells_, costs_, 0);
   }
 
   // What is too little for a descent goes into sparse tumbles around the best point.
