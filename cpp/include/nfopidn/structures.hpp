@@ -50,8 +50,9 @@ inline Structure named_structure(StructureName name) {
   return structure;
 }
 
-// The best incremental, decoupled controller of the published scenario, E = 0.01722, found by
+// The best incremental, decoupled controller of the published scenario, E = 0.01722.
 // ./build/nfopidn_sim --tune --structure incremental --tune-seed 1 --maxfev 40000
+// finds it to five digits.
 inline ControllerDesign tuned_nominal() {
   ControllerSettings<double> settings = named_structure(StructureName::incremental).settings;
   constexpr double gains[3][3] = {{0.0, 0.006401815674433561, 2.324731753613115},
