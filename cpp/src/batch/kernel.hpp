@@ -1,7 +1,7 @@
 // The closed loop over lanes, for whatever instruction set the including unit is compiled for.
 #pragma once
 
-#include "lanes.hpp"
+#include "lanes_math.hpp"
 #include "nfopidn/batch_job.hpp"
 #include "nfopidn/dual.hpp"
 #include "nfopidn/loop.hpp"
