@@ -101,6 +101,21 @@ TEST(Batch, AgreesWhenRunsDiverge) {
   expect_equal_costs(Scenario::published(), s, 27, 0.01, "diverging");
 }
 
+// Limits that neurons cannot reach, that they reach with some feedforwards, and with all.
+TEST(Batch, AgreesAtTheTorqueLimit) {
+  const Trajectory& path = Scenario::published().trajectory;
+  ControllerSettings<double> decoupled;
+  decoupled.allocation = Allocation<double>::decoupled();
+  for (const double limit : {1.0, 2.1, 3.05, 4.0}) {
+    Scenario scenario = Scenario::published();
+    scenario.torque_limit = limit;
+    scenario.initial_pose = {path.x(0) + 0.5, path.y(0) - 0.5, path.theta(0) + 2};
+    const std::string what = "limit " + std::to_string(limit);
+    expect_equal_costs(scenario, {}, 9, 0.1, what.c_str());
+    expect_equal_costs(scenario, decoupled, 9, 0.1, what.c_str());
+  }
+}
+
 TEST(Batch, RunsTheExactIntegratorOneByOne) {
   Scenario scenario = Scenario::published();
   scenario.integrator = Integrator::exact;

@@ -262,8 +262,6 @@ TYPED_TEST(Math, SmallHelpers) {
   EXPECT_EQ(M::round(number(2.5)), number(2));
   EXPECT_EQ(M::round(number(3.5)), number(4));
   EXPECT_EQ(M::round(number(-2.6)), number(-3));
-  EXPECT_EQ(M::from_radians(number(0.7)), number(0.7));
-  EXPECT_EQ(M::to_radians(number(0.7)), number(0.7));
   EXPECT_EQ(M::identity(number(0.7)), number(0.7));
   EXPECT_TRUE(M::is_finite(std::numeric_limits<TypeParam>::max()));
   EXPECT_TRUE(M::all());

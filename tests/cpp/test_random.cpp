@@ -1,4 +1,6 @@
 // Random draws: the same everywhere, and of the right distribution.
+#include <random>
+
 #include "nfopidn/random.hpp"
 #include "support.hpp"
 
@@ -19,6 +21,15 @@ TEST(RandomDraws, ArePinned) {
   for (const double draw :
        {1.5913998756469563, 0.3889032347053571, 0.5191723646028278, 1.5343549480559588}) {
     EXPECT_NEAR(random.normal(), draw, 1e-14);
+  }
+}
+
+// Blocks of 312 and the turns from one to the next.
+TEST(RandomDraws, AreThoseOfTheStandardLibrarysTwister) {
+  for (const std::uint64_t seed : {std::uint64_t{0}, std::uint64_t{5489}, ~std::uint64_t{0}}) {
+    MersenneTwister own(seed);
+    std::mt19937_64 standard(seed);
+    for (int i = 0; i < 2000; ++i) ASSERT_EQ(own(), standard()) << "seed " << seed << ", " << i;
   }
 }
 

@@ -50,10 +50,11 @@ class BatchEvaluator {
  public:
   // The scenario behind `run` must outlive this.
   BatchEvaluator(PreparedRun run, const ControllerSettings<double>& structure)
-      : run_(std::move(run)), structure_(structure), wide_(run_) {
-    for (auto& sample : wide_.reference) sample.theta *= batch_angle_unit;
-    for (auto& sample : wide_.noise) sample.theta *= batch_angle_unit;
-    wide_.start.theta *= batch_angle_unit;
+      : run_(std::move(run)), structure_(structure) {
+    headings_.reserve(run_.reference.size());
+    for (const auto& sample : run_.reference) {
+      headings_.push_back(math<double>::heading(sample.theta));
+    }
     set_instruction_set(best_instruction_set());
   }
 
@@ -79,7 +80,7 @@ class BatchEvaluator {
     double cost = 0;
     if (kernels_.gradient != nullptr) {
       const LoopInputs<double> inputs = run_.inputs();
-      kernels_.gradient({job(run_, inputs, taps, 1, &cost), slopes, directions, result});
+      kernels_.gradient({job(inputs, taps, 1, &cost), slopes, directions, result});
       return cost;
     }
     for (int i = 0; i < directions; ++i) {
@@ -90,10 +91,10 @@ class BatchEvaluator {
   }
 
  private:
-  BatchJob job(const PreparedRun& run, const LoopInputs<double>& inputs, const double* taps,
-               int count, double* costs) const {
-    return {&run.plant, &inputs,     &run.start, &structure_, &run.limits,
-            taps,       tap_count(), count,      costs};
+  BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count,
+               double* costs) const {
+    return {&run_.plant, &inputs,     &run_.start, &structure_, &run_.limits,
+            taps,        tap_count(), count,       costs};
   }
 
   double directional(const double* taps, const double* slopes, double& slope) const {
@@ -119,8 +120,9 @@ class BatchEvaluator {
       run_one_by_one(block, count, costs + first);
       return;
     }
-    const LoopInputs<double> inputs = wide_.inputs();
-    kernels_.costs(job(wide_, inputs, block, count, costs + first));
+    LoopInputs<double> inputs = run_.inputs();
+    inputs.headings = headings_.data();
+    kernels_.costs(job(inputs, block, count, costs + first));
   }
 
   void run_one_by_one(const double* taps, int count, double* costs) const {
@@ -139,7 +141,7 @@ class BatchEvaluator {
 
   PreparedRun run_;
   ControllerSettings<double> structure_;
-  PreparedRun wide_;  // the same with angles in batch_angle_unit
+  std::vector<Heading<double>> headings_;  // of the reference
   BatchKernels kernels_;
 };
 

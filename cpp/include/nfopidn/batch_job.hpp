@@ -5,13 +5,12 @@
 
 namespace nfopidn {
 
-constexpr int batch_capacity = 34;                               // most taps a channel: memory 32
-constexpr double batch_angle_unit = 1 / 3.14159265358979323846;  // the lanes count half turns
+constexpr int batch_capacity = 34;  // most taps a channel: memory 32
 
 struct BatchJob {
   const Plant<double>* plant;
-  const LoopInputs<double>* inputs;  // angles in batch_angle_unit
-  const State<double>* start;        // theta in batch_angle_unit
+  const LoopInputs<double>* inputs;  // with headings
+  const State<double>* start;
   const ControllerSettings<double>* structure;
   const ControlLimits<double>* limits;
   const double* taps;  // [candidates][3][tap_count]
@@ -20,8 +19,7 @@ struct BatchJob {
   double* costs;  // [candidates]
 };
 
-// One candidate and the slopes of its taps in several directions. Angles are in radians here: the
-// value is a plain double.
+// One candidate and the slopes of its taps in several directions.
 struct GradientJob {
   BatchJob batch;        // its taps are those of the one candidate, costs its cost
   const double* slopes;  // [directions][3][tap_count]

@@ -128,7 +128,7 @@ class Bfoa {
         move_ahead(ahead_.col(column - looked_), i, ahead_.col(column));
       }
     }
-    known_ = search_.look(ahead_);
+    search_.look(ahead_, known_);
   }
 
   // Moves the swimming cells one step ahead, as looked up.
@@ -148,7 +148,7 @@ class Bfoa {
     for (std::size_t n = 0; n < swimming_.size(); ++n) {
       move_ahead(cells_.col(swimming_[n]), swimming_[n], ahead_.col(static_cast<Eigen::Index>(n)));
     }
-    known_ = search_.evaluate(ahead_);
+    search_.evaluate(ahead_, known_);
     for (std::size_t n = 0; n < swimming_.size(); ++n) {
       const auto column = static_cast<Eigen::Index>(n);
       if (search_.done() && std::isinf(known_(column))) continue;

@@ -76,13 +76,16 @@ class BfoaPlus {
     steps_ = Eigen::VectorXd::Constant(cells, options_.step);
     headings_ = Points::Zero(p, cells);
     swimming_.assign(static_cast<std::size_t>(cells), 0);
+    order_.resize(static_cast<std::size_t>(cells));
+    for (std::size_t k = 0; k < order_.size(); ++k) order_[k] = static_cast<Eigen::Index>(k);
   }
 
   // A known point takes the place of the first, and sparse steps from it that of every second.
   void surround(const Point& known, Points& points) {
     points.col(0) = known;
     for (Eigen::Index k = 2; k < points.cols(); k += 2) {
-      points.col(k) = clip_to_box(known + sparse(options_.step));
+      points.col(k) = known;
+      sparse(options_.step, points.col(k));
     }
   }
 
@@ -101,13 +104,15 @@ class BfoaPlus {
         places_.col(k) = clip_to_box(cells_.col(k) + headings_.col(k));
       } else if (uniform() < options_.differential_share) {
         move = Move::differential;
-        differential(k, reaches_(k), shares_(k), places_.col(k));
+        differential(k, reaches_(k), shares_(k), places_.col(k).data());
       } else {
         move = Move::sparse;
-        places_.col(k) = clip_to_box(cells_.col(k) + sparse(steps_(k)));
+        places_.col(k) = cells_.col(k);
+        sparse(steps_(k), places_.col(k));
       }
     }
-    settle(search_.evaluate(places_));
+    search_.evaluate(places_, found_);
+    settle(found_);
   }
 
   // Moves the cells that found better, and learns from it.
@@ -143,7 +148,23 @@ class BfoaPlus {
     const int wanted = search_.objective().has_gradient() ? options_.colonies : 1;
     colonies_.resize(static_cast<std::size_t>(std::min<Eigen::Index>(wanted, most)));
     for (std::vector<Eigen::Index>& colony : colonies_) colony.clear();
-    for (const Eigen::Index i : ranking(costs_)) colony_of(i).push_back(i);
+    rank_cells();
+    for (const Eigen::Index i : order_) colony_of(i).push_back(i);
+  }
+  // The order of ranking(), from the last one, in which few cells are out of place.
+  void rank_cells() {
+    for (std::size_t n = 1; n < order_.size(); ++n) {
+      const Eigen::Index moved = order_[n];
+      std::size_t place = n;
+      for (; place > 0; --place) {
+        const Eigen::Index other = order_[place - 1];
+        if (costs_(other) < costs_(moved) || (costs_(other) == costs_(moved) && other < moved)) {
+          break;
+        }
+        order_[place] = other;
+      }
+      order_[place] = moved;
+    }
   }
   std::vector<Eigen::Index>& colony_of(Eigen::Index k) {
     return colonies_[static_cast<std::size_t>(k) % colonies_.size()];
@@ -151,48 +172,59 @@ class BfoaPlus {
 
   // Towards one of the colony's best fifth and along the difference of two of its cells, in some
   // coordinates.
-  void differential(Eigen::Index k, double& reach, double& share, Eigen::Ref<Point> place) {
+  void differential(Eigen::Index k, double& reach, double& share, double* __restrict place) {
     const std::vector<Eigen::Index>& mates = colony_of(k);
     const auto count = static_cast<Eigen::Index>(mates.size());
-    const auto any = [&] { return mates[static_cast<std::size_t>(pick(count))]; };
     do {
       const Heading<double> h =
           math<double>::heading(math<double>::pi * (uniform() - 0.5));  // Cauchy: a tangent
       reach = reach_ + 0.1 * h.sine / h.cosine;
     } while (!(reach > 0));
     reach = std::min(reach, 1.0);
-    share = std::min(1.0, std::max(0.0, share_ + 0.1 * search_.random.normal()));
-    const Eigen::Index leader =
-        mates[static_cast<std::size_t>(pick(std::max<Eigen::Index>(2, count / 5)))];
+    constexpr double spread = 0.35;  // of a uniform distribution with standard deviation 0.1
+    share = std::min(1.0, std::max(0.0, share_ + spread * (uniform() - 0.5)));
+    const auto [place_of_leader, always] =
+        search_.random.pair(std::max<Eigen::Index>(2, count / 5), cells_.rows());
+    const Eigen::Index leader = mates[static_cast<std::size_t>(place_of_leader)];
     Eigen::Index a = k, b = k;
-    while (a == k) a = any();
-    while (b == k || b == a) b = any();
+    while (a == k || b == k || a == b) {
+      const auto [one, other] = search_.random.pair(count, count);
+      a = mates[static_cast<std::size_t>(one)];
+      b = mates[static_cast<std::size_t>(other)];
+    }
     const double* const own = cells_.col(k).data();
     const double* const best = cells_.col(leader).data();
     const double* const from = cells_.col(b).data();
     const double* const to = cells_.col(a).data();
-    place = cells_.col(k);
-    const Eigen::Index always = pick(place.size());
-    for (Eigen::Index i = 0; i < place.size(); ++i) {
-      if (i != always && uniform() >= share) continue;
-      const double target = own[i] + reach * (best[i] - own[i]) + reach * (to[i] - from[i]);
+    const auto move = [&](Eigen::Index i, double by) {
+      const double target = own[i] + by * ((best[i] - own[i]) + (to[i] - from[i]));
       // Half way to the wall it would have passed.
-      place(i) = target < 0 ? own[i] / 2 : (target > 1 ? (1 + own[i]) / 2 : target);
+      place[i] = target < 0 ? own[i] / 2 : (target > 1 ? (1 + own[i]) / 2 : target);
+    };
+    // Each coordinate with probability `share`, to 2^-16 of it, and one in any case. Looked up, as
+    // nobody could predict the branches.
+    const double by[] = {0, reach};
+    const auto bar = static_cast<std::uint64_t>(share * 65536);
+    std::uint64_t draw = 0;
+    for (Eigen::Index i = 0; i < cells_.rows(); ++i) {
+      draw = i % 4 == 0 ? search_.random.bits() : draw >> 16;
+      move(i, by[static_cast<int>((draw & 0xFFFF) < bar)]);
     }
+    move(always, reach);
   }
 
   // A step in 1 to 3 coordinates.
-  const Point& sparse(double size) {
-    sparse_step_.setZero(search_.dimension());
+  void sparse(double size, Eigen::Ref<Point> point) {
     const Eigen::Index coordinates = 1 + pick(3);
     for (Eigen::Index n = 0; n < coordinates; ++n) {
-      sparse_step_(pick(sparse_step_.size())) = size * search_.random.normal();
+      double& moved = point(pick(point.size()));
+      moved = std::min(1.0, std::max(0.0, moved + size * search_.random.bell()));
     }
-    return sparse_step_;
   }
 
-  // Descents from the best cells that are apart, then from elsewhere for as long as there is
-  // budget.
+  // Descents from the best cells that are apart, each with nothing known; then from elsewhere for
+  // as long as there is budget, with the curvature of the one before: valleys resemble each other,
+  // and to learn it anew takes a third of a descent.
   void finish() {
     constexpr double apart = 0.1;
     // A descent along a narrow valley takes some two hundred evaluations a coordinate.
@@ -207,6 +239,7 @@ class BfoaPlus {
       }
       if (near) continue;
       used.push_back(k);
+      descent_.forget();
       best = std::min(best, descend(k, cells_.col(k), best, 1, 0));
     }
     while (search_.left() > 0 && !search_.done()) {
@@ -252,7 +285,9 @@ class BfoaPlus {
   }
 
   Point near_best(double size) {
-    return clip_to_box(search_.box().to_unit(search_.result.x) + sparse(size));
+    Point point = search_.box().to_unit(search_.result.x);
+    sparse(size, point);
+    return point;
   }
 
   void keep(Eigen::Index k, const Point& point, double cost) {
@@ -291,10 +326,11 @@ class BfoaPlus {
 
   // Of the present chemotactic step; members, so that they are allocated once.
   std::vector<std::vector<Eigen::Index>> colonies_;
+  std::vector<Eigen::Index> order_;  // of the cells, from best to worst
   Points places_;
+  Eigen::VectorXd found_;  // their costs
   std::vector<Move> moves_;
   Eigen::VectorXd reaches_, shares_;  // of the differential tumbles
-  Point sparse_step_;
 };
 
 }  // namespace nfopidn

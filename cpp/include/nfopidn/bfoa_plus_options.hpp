@@ -6,13 +6,13 @@
 namespace nfopidn {
 
 struct BfoaPlusOptions {
-  int cells = 32;
+  int cells = 64;
   int blind_cells = 20;
   int colonies = 4;
   int first_points = 300;
   double differential_share = 0.65;
   double step = 0.1;
-  double foraging_share = 0.3;
+  double foraging_share = 0.4;
   double blind_foraging_share = 0.8;
   int finishers = 3;
   int restart_points = 40;

@@ -9,6 +9,40 @@
 
 namespace nfopidn {
 
+namespace detail {
+
+// The feedforward that no feedback takes beyond the torque limit: one number to look at in place of
+// one for each lane. For a single number there is nothing to save.
+template <class Scalar, class = void>
+struct SpareTorque {
+  using Base = base_t<Scalar>;
+  Base spare = Base(-1);
+
+  template <class Structure>
+  constexpr void choose(const Structure& structure, Base limit) {
+    if (structure.form != Form::positional || structure.activation != Activation::sigmoid) return;
+    constexpr Base most = Base(1.000001);  // an output of a neuron, whatever the rounding
+    Base reach = Base(0);
+    for (const auto& row : structure.allocation.matrix) {
+      Base sum = Base(0);
+      for (const Base share : row) sum += share < Base(0) ? -share : share;
+      if (sum > reach) reach = sum;
+    }
+    spare = limit - most * reach;
+  }
+  NFOPIDN_INLINE constexpr bool covers(Base feedforward) const {
+    return feedforward <= spare && feedforward >= -spare;
+  }
+};
+template <class Scalar>
+struct SpareTorque<Scalar, std::enable_if_t<std::is_floating_point_v<Scalar>>> {
+  template <class Structure>
+  constexpr void choose(const Structure&, Scalar) {}
+  static constexpr bool covers(Scalar) { return false; }
+};
+
+}  // namespace detail
+
 // tau(k) = tau_ref(k) + tau_fb(k), limited, with
 //   tau_fb = [tau_fb(k-1) +] allocation * O(net),  net = taps * errors      (eqs. 31-36)
 // Filter is Fir<Scalar, Capacity, Slack>, Variant is AnyStructure<Base> or a FixedStructure.
@@ -46,6 +80,7 @@ class Controller {
                                      const ControlLimits<Base>& limits) noexcept {
     structure_.choose(settings);
     limit_ = limits.torque;
+    spare_.choose(structure_, limit_);
     const Base scale = settings.speed_scale > Base(0) ? settings.speed_scale : limits.speed_scale;
     constexpr Base least = Base(least_speed_scale);
     inverse_speed_scale_ = Base(1) / (scale < least ? least : scale);
@@ -55,7 +90,7 @@ class Controller {
   template <class Tap>
   constexpr void set_taps(const Tap* x, const Tap* y, const Tap* theta, int count) noexcept {
     const Channels<const Tap*> taps = {x, y, theta};
-    filter_.set_taps(taps, {M::net_scale, M::net_scale, M::net_scale / M::angle_unit}, count);
+    filter_.set_taps(taps, {M::net_scale, M::net_scale, M::net_scale}, count);
   }
 
   // A filter that is not made of taps alone.
@@ -120,7 +155,10 @@ class Controller {
     const TorquePair<Scalar> neurons = allocate(filter_.step(error));
     feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
                  next_feedback(feedback_.right, neurons.right, reference.tau_right)};
-    return limited({feedback_.left + reference.tau_left, feedback_.right + reference.tau_right});
+    const TorquePair<Scalar> total = {feedback_.left + reference.tau_left,
+                                      feedback_.right + reference.tau_right};
+    if (spare_.covers(reference.tau_left) && spare_.covers(reference.tau_right)) return total;
+    return limited(total);
   }
 
   NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
@@ -188,6 +226,7 @@ class Controller {
   Structure structure_ = {};
   Base limit_ = Base(3.078);
   Base inverse_speed_scale_ = Base(1);
+  detail::SpareTorque<Scalar> spare_;
 };
 
 }  // namespace nfopidn

@@ -76,14 +76,12 @@ struct math<Dual<Value, Slope>> {
   using Base = typename P::Base;
   using Mask = typename P::Mask;
 
-  static constexpr Base angle_unit = P::angle_unit;
   static constexpr Base net_scale = P::net_scale;
   static constexpr bool has_order = P::has_order && std::is_same_v<Value, Slope>;
 
   NFOPIDN_INLINE static Heading<Scalar> heading(const Scalar& angle) {
     const Heading<Value> h = P::heading(angle.value);
-    const Slope turn = angle.slope * (Base(1) / angle_unit);
-    return {{h.cosine, turn * (h.sine * Base(-1))}, {h.sine, turn * h.cosine}};
+    return {{h.cosine, angle.slope * (h.sine * Base(-1))}, {h.sine, angle.slope * h.cosine}};
   }
   NFOPIDN_INLINE static Scalar wrap(const Scalar& angle) {
     return {P::wrap(angle.value), angle.slope};
@@ -105,11 +103,6 @@ struct math<Dual<Value, Slope>> {
   NFOPIDN_INLINE static Scalar identity(const Scalar& net) {
     return {P::identity(net.value), net.slope * (Base(1) / net_scale)};
   }
-  NFOPIDN_INLINE static Scalar from_radians(const Scalar& angle) { return angle * angle_unit; }
-  NFOPIDN_INLINE static Scalar to_radians(const Scalar& angle) {
-    return {P::to_radians(angle.value), angle.slope * (Base(1) / angle_unit)};
-  }
-  NFOPIDN_INLINE static Base base_from_radians(Base angle) { return P::base_from_radians(angle); }
   NFOPIDN_INLINE static Scalar select(const Mask& mask, const Scalar& yes, const Scalar& no) {
     if constexpr (std::is_same_v<Mask, bool>) {
       return mask ? yes : no;

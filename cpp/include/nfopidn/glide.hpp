@@ -83,7 +83,7 @@ constexpr void travel(const Glide<Scalar, Base>& glide, const Scalar& time, Stat
     for (int node = 0; node < 8; ++node) {
       const Base abscissa = node < 4 ? nodes[node] : -nodes[node - 4];
       const Scalar t = half * (Base(2 * panel + 1) + abscissa);
-      const Heading<Scalar> heading = M::heading(state.theta + M::from_radians(glide.angle(t)));
+      const Heading<Scalar> heading = M::heading(state.theta + glide.angle(t));
       const Scalar distance = glide.speed(t) * weights[node & 3];
       x = x + distance * heading.cosine;
       y = y + distance * heading.sine;
@@ -91,7 +91,7 @@ constexpr void travel(const Glide<Scalar, Base>& glide, const Scalar& time, Stat
   }
   state.x = state.x + x * half;
   state.y = state.y + y * half;
-  state.theta = state.theta + M::from_radians(glide.angle(time));
+  state.theta = state.theta + glide.angle(time);
   state.v = glide.speed(time);
   state.omega = glide.turning(time);
 }

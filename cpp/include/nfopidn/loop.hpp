@@ -11,11 +11,12 @@ namespace nfopidn {
 
 constexpr int maximum_delay = 64;  // [samples]
 
-// What happens to the loop from outside. Pointers are borrowed; angles are in math<Scalar>'s unit.
+// What happens to the loop from outside. Pointers are borrowed.
 template <class Base>
 struct LoopInputs {
   const ReferenceSample<Base>* reference = nullptr;  // `samples` of them
   int samples = 0;
+  const Heading<Base>* headings = nullptr;   // of the reference's angles; only lanes need them
   const Measurement<Base>* noise = nullptr;  // added to the measurement, per sample; may be null
   const Disturbance<Base>* disturbance = nullptr;  // may be null
   bool disturbance_by_sample = false;   // else disturbance points to one, which is constant
@@ -40,8 +41,7 @@ class CostMeter {
   NFOPIDN_INLINE constexpr bool add(const Channels<Scalar>& error, const TorquePair<Scalar>& torque,
                                     const ReferenceSample<Base>& reference) {
     const Scalar distance = error.x * error.x + error.y * error.y;
-    const Scalar angle = M::to_radians(error.theta);
-    const Scalar angle_square = angle * angle;
+    const Scalar angle_square = error.theta * error.theta;
     const Scalar left = reference.tau_left - torque.left;
     const Scalar right = reference.tau_right - torque.right;
     const Scalar term = distance + angle_square + (left * left + right * right);
@@ -55,6 +55,15 @@ class CostMeter {
     all_running_ = M::every(running_);
     sum_ = sum_ + M::select(running_, term, Scalar(square_limit_));
     return M::any(running_);
+  }
+
+  // Whether no component has diverged.
+  constexpr bool all_running() const { return all_running_; }
+  // An error that is zero where a component has diverged.
+  constexpr Channels<Scalar> of_running(const Channels<Scalar>& error) const {
+    const Scalar zero = Scalar(Base(0));
+    return {M::select(running_, error.x, zero), M::select(running_, error.y, zero),
+            M::select(running_, error.theta, zero)};
   }
 
   // Counts `samples` more as missing.
@@ -115,16 +124,32 @@ struct LoopState {
 
 namespace detail {
 
-// Cosines and sines of angles that change little from one to the next.
+// Where the robot looks, sample by sample: the angle between it and the reference, given as it
+// comes, is taken to [-pi, pi], and the robot's cosine and sine are found.
 template <class Scalar, class = void>
-struct HeadingSeries {
-  NFOPIDN_INLINE Heading<Scalar> of(const Scalar& angle) { return math<Scalar>::heading(angle); }
+struct Lookout {
+  NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar& angle,
+                                      const LoopInputs<base_t<Scalar>>&, int) {
+    between = math<Scalar>::wrap(between);
+    return math<Scalar>::heading(angle);
+  }
 };
+// The angles change little from one to the next.
 template <class Scalar>
-struct HeadingSeries<Scalar, std::void_t<typename math<Scalar>::Turn>> {
+struct Lookout<Scalar, std::void_t<typename math<Scalar>::Turn>> {
   typename math<Scalar>::Turn turn = math<Scalar>::no_turn();
-  NFOPIDN_INLINE Heading<Scalar> of(const Scalar& angle) {
+  NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar& angle,
+                                      const LoopInputs<base_t<Scalar>>&, int) {
+    between = math<Scalar>::wrap(between);
     return math<Scalar>::heading(angle, turn);
+  }
+};
+// The reference's cosine and sine, one for all lanes, are known.
+template <class Scalar>
+struct Lookout<Scalar, std::void_t<decltype(&math<Scalar>::heading_beside)>> {
+  NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar&,
+                                      const LoopInputs<base_t<Scalar>>& inputs, int k) {
+    return math<Scalar>::heading_beside(inputs.headings[k], between);
   }
 };
 
@@ -145,7 +170,7 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
   using Base = base_t<Scalar>;
   CostMeter<Scalar> meter(inputs.divergence_distance);
   State<Scalar> state = loop.robot;  // a copy, so that it never leaves its registers
-  HeadingSeries<Scalar> headings;
+  Lookout<Scalar> lookout;
   for (int k = 0; k < inputs.samples; ++k) {
     const ReferenceSample<Base>& reference = inputs.reference[k];
     const Measurement<Scalar> exact = {state.x, state.y, state.theta, state.v, state.omega};
@@ -157,8 +182,10 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
     }
     ReferenceSample<Base> shown = reference;
     if (!inputs.feedforward) shown.tau_left = shown.tau_right = Base(0);
-    const Heading<Scalar> heading = headings.of(state.theta);
-    const Channels<Scalar> error = world_errors(exact, reference);
+    Channels<Scalar> error = plain_errors(exact, reference);
+    // Lanes that have diverged would keep the others from what is done sooner near the reference.
+    if (!meter.all_running()) error = meter.of_running(error);
+    const Heading<Scalar> heading = lookout.look(error.theta, state.theta, inputs, k);
     TorquePair<Scalar> torque;
     if constexpr (takes_errors<Law, Scalar> && !noisy) {
       torque = law.step(error, heading, shown);

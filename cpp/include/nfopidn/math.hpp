@@ -1,6 +1,6 @@
 // L0. Everything in which one Scalar differs from another.
 //
-// The law and the plant call math<Scalar> and never mention lanes, angle units or scaling. The
+// The law and the plant call math<Scalar> and never mention lanes or scaling. The
 // elementary functions are the project's own polynomials, not libm's, so that a result does not
 // depend on the machine it was computed on.
 #pragma once
@@ -80,7 +80,6 @@ struct math {
   using SignedBits = typename Constants::SignedBits;
 
   static constexpr Base pi = Base(3.14159265358979323846);
-  static constexpr Base angle_unit = Base(1);  // internal angle units in a radian
   static constexpr Base net_scale = Base(1);   // internal net units in one of eq. 34
   static constexpr bool has_order = true;      // comparisons give one answer, so code may branch
 
@@ -144,10 +143,6 @@ struct math {
 
   static constexpr Scalar identity(Scalar net) { return net; }
   static constexpr Base value(Scalar scalar) { return scalar; }
-
-  static constexpr Scalar from_radians(Scalar angle) { return angle; }
-  static constexpr Scalar to_radians(Scalar angle) { return angle; }
-  static constexpr Base base_from_radians(Base angle) { return angle; }
 
   static constexpr Scalar minimum(Scalar a, Scalar b) { return b < a ? b : a; }
   static constexpr Scalar maximum(Scalar a, Scalar b) { return a < b ? b : a; }

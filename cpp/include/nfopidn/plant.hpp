@@ -74,7 +74,6 @@ class Plant {
     const State<Scalar> before = state;
     state.v = state.v + sum * drive_gain_;
     state.omega = state.omega + difference * steer_gain_;
-    const Base turned = math<Scalar>::base_from_radians(step_);
     if constexpr (std::is_floating_point_v<Scalar>) {
       if (!has_friction_) {
         // The sums below with what is known before the torque summed first: it is known last, and
@@ -83,7 +82,7 @@ class Plant {
         const Base push = drive_gain_ * step_;
         state.x = (state.x + coasted * heading.cosine) + sum * (heading.cosine * push);
         state.y = (state.y + coasted * heading.sine) + sum * (heading.sine * push);
-        state.theta = (state.theta + before.omega * turned) + difference * (steer_gain_ * turned);
+        state.theta = (state.theta + before.omega * step_) + difference * (steer_gain_ * step_);
         return;
       }
     }
@@ -96,7 +95,7 @@ class Plant {
     const Scalar distance = state.v * step_;
     state.x = state.x + distance * heading.cosine;
     state.y = state.y + distance * heading.sine;
-    state.theta = state.theta + state.omega * turned;
+    state.theta = state.theta + state.omega * step_;
   }
 
   // Implicit in both kinds of friction, so that no step size makes it unstable or chatter.

@@ -11,7 +11,8 @@ class QuasiNewton {
 
   // Descends from `point` for at most about `evaluations`; leaves there the point it came to, and
   // returns its cost. Stops at a minimum, on a cliff, or when progress is too small to go on.
-  // `goes_on` is asked after each step, with the cost.
+  // `goes_on` is asked after each step, with the cost. The curvature learnt in an earlier descent is
+  // where this one starts from, until it proves wrong; forget() it where it would not help.
   template <class GoesOn>
   double descend(Point& point, std::int64_t evaluations, const GoesOn& goes_on) {
     const std::int64_t last = search_.result.evaluations + evaluations;
@@ -20,7 +21,7 @@ class QuasiNewton {
     if (!search_.objective().has_gradient()) cost = search_.evaluate(point)(0);
     Point slopes;
     if (!slopes_at(point, cost, slopes)) return std::numeric_limits<double>::infinity();
-    forget(p);
+    if (inverse_.rows() != p) forget(p);
     for (int small = 0; small < 3 && search_.result.evaluations < last && !search_.done();) {
       const Point direction = choose_direction(point, slopes);
       if (direction.size() == 0) break;
@@ -46,6 +47,8 @@ class QuasiNewton {
     }
     return cost;
   }
+
+  void forget() { forget(inverse_.rows()); }
 
  private:
   void forget(Eigen::Index p) {

@@ -10,7 +10,7 @@ template <class Base>
 struct ReferenceSample {
   Base x;          // [m]
   Base y;          // [m]
-  Base theta;      // in the angle unit of math<Scalar>: [rad] for float and double
+  Base theta;      // [rad]
   Base v;          // signed along the heading [m/s]
   Base omega;      // [rad/s]
   Base tau_left;   // feedforward torque [N m]
@@ -22,17 +22,25 @@ template <class Scalar>
 struct Measurement {
   Scalar x;      // [m]
   Scalar y;      // [m]
-  Scalar theta;  // in the angle unit of math<Scalar>
+  Scalar theta;  // [rad]
   Scalar v;      // [m/s]; NFOPIDN never reads v and omega
   Scalar omega;  // [rad/s]
 };
 
-// Errors, reference minus measured, in the robot's frame or the world's.
+// Reference minus measured, in the world's frame; the angle as it comes.
+template <class Scalar>
+NFOPIDN_INLINE constexpr Channels<Scalar> plain_errors(
+    const Measurement<Scalar>& measured, const ReferenceSample<base_t<Scalar>>& reference) {
+  return {reference.x - measured.x, reference.y - measured.y, reference.theta - measured.theta};
+}
+
+// The same with the angle in [-pi, pi].
 template <class Scalar>
 NFOPIDN_INLINE constexpr Channels<Scalar> world_errors(
     const Measurement<Scalar>& measured, const ReferenceSample<base_t<Scalar>>& reference) {
-  return {reference.x - measured.x, reference.y - measured.y,
-          math<Scalar>::wrap(reference.theta - measured.theta)};
+  Channels<Scalar> error = plain_errors(measured, reference);
+  error.theta = math<Scalar>::wrap(error.theta);
+  return error;
 }
 
 template <class Scalar>

@@ -19,7 +19,7 @@ template <class Scalar>
 struct State {
   Scalar x;      // [m]
   Scalar y;      // [m]
-  Scalar theta;  // in the angle unit of math<Scalar>: [rad] for float and double
+  Scalar theta;  // [rad]
   Scalar v;      // forward speed [m/s]
   Scalar omega;  // turning rate [rad/s]
 };

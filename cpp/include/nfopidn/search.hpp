@@ -46,6 +46,12 @@ struct Box {
   // The same into `points`, which keeps its memory where the size is the same.
   void to_user(const Eigen::Ref<const Points>& unit, Points& points) const {
     points.resize(unit.rows(), unit.cols());
+    if ((bend.array() != 2).all()) {
+      for (Eigen::Index j = 0; j < points.cols(); ++j) {
+        points.col(j) = low + (high - low).cwiseProduct(unit.col(j));
+      }
+      return;
+    }
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
       for (Eigen::Index i = 0; i < points.rows(); ++i) {
         const double u = unit(i, j);
@@ -152,28 +158,31 @@ class Search {
 
   // Costs of unit points; infinite for those that the budget no longer reaches.
   Eigen::VectorXd evaluate(const Eigen::Ref<const Points>& unit) {
-    Eigen::VectorXd costs = look(unit);
+    Eigen::VectorXd costs;
+    evaluate(unit, costs);
+    return costs;
+  }
+  // The same into `costs`, which keeps its memory where the size is the same.
+  void evaluate(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
+    look(unit, costs);
     for (Eigen::Index j = 0; j < unit.cols(); ++j) {
       if (!count(unit.col(j), costs(j))) {
         costs.tail(unit.cols() - j).setConstant(std::numeric_limits<double>::infinity());
         break;
       }
     }
-    return costs;
   }
 
   // Costs without counting: for points that may turn out not to be wanted. count() those that are.
-  Eigen::VectorXd look(const Eigen::Ref<const Points>& unit) {
-    Eigen::VectorXd costs =
-        Eigen::VectorXd::Constant(unit.cols(), std::numeric_limits<double>::infinity());
-    if (check_limits()) return costs;
+  void look(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
+    costs.setConstant(unit.cols(), std::numeric_limits<double>::infinity());
+    if (check_limits()) return;
     const Eigen::Index reached =
         objective_.is_cheap() ? unit.cols() : std::min<Eigen::Index>(unit.cols(), left());
     answer(costs.data(), static_cast<std::size_t>(reached), [&] {
       box_.to_user(unit.leftCols(reached), asked_);
       objective_.costs(asked_, costs.data());
     });
-    return costs;
   }
 
   // Counts one evaluation. False, and nothing is counted, when the search is over.

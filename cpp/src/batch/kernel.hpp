@@ -9,7 +9,7 @@
 namespace nfopidn {
 
 // Spare history of a lanes' filter: enough to make its shift rare, little enough for the cache.
-constexpr int lane_slack = 9;
+constexpr int lane_slack = 25;
 constexpr int small_capacity = 7;  // memory 5, the paper's
 
 template <bool noisy, class Scalar, int capacity>

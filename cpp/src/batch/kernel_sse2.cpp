@@ -2,7 +2,7 @@
 
 namespace nfopidn {
 
-void run_batch_sse2(const BatchJob& job) { run_batch<2, 3>(job); }
+void run_batch_sse2(const BatchJob& job) { run_batch<2, 4>(job); }
 
 void run_gradient_sse2(const GradientJob& job) { run_gradient<Lanes<2, 6>>(job); }
 

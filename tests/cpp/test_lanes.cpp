@@ -1,0 +1,106 @@
+// What lanes compute otherwise than a single number, against long double; and that a lane's result
+// does not depend on its neighbours.
+#include "batch/lanes_math.hpp"
+#include "support.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+using Wide = Lanes<2, 2>;
+using M = math<Wide>;
+
+struct Nets {
+  Wide x, y, theta;
+};
+
+// To the last digit of a double.
+double neuron(double net) {
+  return static_cast<double>(std::tanh(static_cast<long double>(net) / 2));
+}
+double cosine(long double angle) { return static_cast<double>(std::cos(angle)); }
+double sine(long double angle) { return static_cast<double>(std::sin(angle)); }
+
+// Nets of every size: both ways to compute them, and saturation.
+std::vector<double> numbers(double most, int count) {
+  Random random(11);
+  std::vector<double> all = {0, 0.53124, 0.53126, -0.53124, -0.53126};
+  for (int i = 0; i < count; ++i) {
+    const double size = most * std::exp(-8 * random.uniform());
+    all.push_back(random.uniform() < 0.5 ? -size : size);
+  }
+  return all;
+}
+
+TEST(Lanes, NeuronsAreThoseOfLongDouble) {
+  for (const double net : numbers(100, 20000)) {
+    Nets nets = {Wide(net * M::net_scale), Wide(-net * M::net_scale),
+                 Wide(net * 0.5 * M::net_scale)};
+    M::sigmoids(nets);
+    const double expected = neuron(net);
+    ASSERT_NEAR(nets.x.get(0), expected, 2e-15 * std::fabs(expected)) << net;
+    ASSERT_EQ(nets.y.get(3), -nets.x.get(0)) << net;
+    ASSERT_NEAR(nets.theta.get(1), neuron(net / 2), 2e-15 * std::fabs(neuron(net / 2))) << net;
+  }
+}
+
+TEST(Lanes, NeuronsDoNotDependOnTheirNeighbours) {
+  for (const double net : numbers(4, 2000)) {
+    Nets alone = {Wide(net), Wide(net), Wide(net)};
+    M::sigmoids(alone);
+    for (const double beside : {0.001, 0.3, 50.0}) {
+      Nets nets = {Wide(beside), Wide(beside), Wide(beside)};
+      nets.x.set(1, net);
+      nets.y.set(2, net);
+      nets.theta.set(3, net);
+      M::sigmoids(nets);
+      ASSERT_EQ(nets.x.get(1), alone.x.get(1)) << net << " beside " << beside;
+      ASSERT_EQ(nets.y.get(2), alone.y.get(2)) << net << " beside " << beside;
+      ASSERT_EQ(nets.theta.get(3), alone.theta.get(3)) << net << " beside " << beside;
+    }
+  }
+}
+
+TEST(Lanes, HeadingBesideAKnownOne) {
+  Random random(12);
+  for (int i = 0; i < 20000; ++i) {
+    const double first = random.uniform(-20, 20);
+    const double range = i % 3 == 0 ? 0.4 : (i % 3 == 1 ? 4 : 20);
+    const double between = random.uniform(-range, range);
+    Wide difference(between);
+    const Heading<Wide> heading = M::heading_beside(math<double>::heading(first), difference);
+    const long double angle = static_cast<long double>(first) - between;
+    ASSERT_NEAR(heading.cosine.get(0), cosine(angle), 8e-15) << first << " " << between;
+    ASSERT_NEAR(heading.sine.get(3), sine(angle), 8e-15) << first << " " << between;
+    ASSERT_LE(std::fabs(difference.get(1)), M::pi * (1 + 1e-15));
+    const double turns = (between - difference.get(1)) / (2 * M::pi);
+    ASSERT_NEAR(turns, std::round(turns), 1e-14);
+  }
+}
+
+TEST(Lanes, HeadingDoesNotDependOnItsNeighbours) {
+  const Heading<double> first = math<double>::heading(1.25);
+  for (const double between : {0.0, 0.1, 0.2999, 0.3001, -0.3001, 3.1, 7.0}) {
+    Wide alone(between);
+    const Heading<Wide> expected = M::heading_beside(first, alone);
+    for (const double other : {0.01, 2.0}) {
+      Wide difference(other);
+      difference.set(2, between);
+      const Heading<Wide> heading = M::heading_beside(first, difference);
+      EXPECT_EQ(heading.cosine.get(2), expected.cosine.get(2)) << between << " " << other;
+      EXPECT_EQ(heading.sine.get(2), expected.sine.get(2)) << between << " " << other;
+      EXPECT_EQ(difference.get(2), alone.get(2)) << between << " " << other;
+    }
+  }
+}
+
+TEST(Lanes, HeadingsAndWrapsOfAnyAngle) {
+  for (double angle = -30; angle < 30; angle += 0.0137) {
+    const Heading<Wide> heading = M::heading(Wide(angle));
+    EXPECT_NEAR(heading.cosine.get(1), cosine(angle), 8e-15);
+    EXPECT_NEAR(heading.sine.get(2), sine(angle), 8e-15);
+    EXPECT_NEAR(M::wrap(Wide(angle)).get(0), math<double>::wrap(angle), 1e-14) << angle;
+  }
+}
+
+}  // namespace
+}  // namespace nfopidn::test
