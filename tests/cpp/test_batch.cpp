@@ -69,13 +69,13 @@ TEST(Batch, AgreesInEveryStructure) {
   expect_equal_costs(Scenario::published(), s, 13, 0.1, "decoupled, speed, memory 8");
   s.memory = 20;
   expect_equal_costs(Scenario::published(), s, 13, 0.1, "memory 20");
+  // Runs that track: those of the published gains diverge in this form, and there a rounding grows
+  // to any size.
+  s = steady_settings(Form::incremental);
+  s.lateral = Lateral::speed;
   s.memory = 3;
-  s.form = Form::incremental;
   s.activation = Activation::linear;
   s.anti_windup = AntiWindup::hold;
-  for (auto& row : s.gains) {
-    for (double& gain : row) gain *= 0.1;
-  }
   expect_equal_costs(Scenario::published(), s, 13, 0.1, "incremental, linear, hold");
   s.anti_windup = AntiWindup::clamp;
   s.frame = Frame::world;
