@@ -312,11 +312,22 @@ TEST(BfoaPlus, GivesUpSlowDescents) {
   EXPECT_NE(steps[0], steps[1]);
 }
 
+// Up to 64 cells, of 150 evaluations each or more, but never fewer than 4.
+TEST(BfoaPlus, SmallBudgetsHaveFewCells) {
+  for (const auto& [budget, cells] :
+       std::map<std::int64_t, Eigen::Index>{{20000, 64}, {3000, 20}, {300, 4}}) {
+    Waves waves(true);
+    const SearchResult result =
+        minimise<BfoaPlus>(waves, evaluations(budget), BfoaPlusOptions(), budget);
+    EXPECT_EQ(result.population.cols(), cells) << budget;
+  }
+}
+
 TEST(BfoaPlus, EveryKnobTurnsSomething) {
   std::map<std::string, double> values = {
-      {"cells", 20},    {"first_points", 60}, {"differential_share", 0.2},
-      {"colonies", 1},  {"step", 0.01},       {"foraging_share", 0.2},
-      {"finishers", 1}, {"restart_points", 0}};
+      {"cells", 12},    {"first_points", 60},  {"differential_share", 0.2},
+      {"colonies", 1},  {"step", 0.01},        {"foraging_share", 0.2},
+      {"finishers", 1}, {"restart_points", 0}, {"evaluations_per_cell", 400}};
   for (const bool gradient : {true, false}) {
     expect_knobs<BfoaPlusOptions>(
         [&](const BfoaPlusOptions& options) {
@@ -326,10 +337,11 @@ TEST(BfoaPlus, EveryKnobTurnsSomething) {
         values,
         gradient ? std::set<std::string>{"blind_foraging_share", "blind_cells", "patience"}
                  : std::set<std::string>{"foraging_share", "cells", "colonies", "finishers",
-                                         "restart_points", "patience"});
+                                         "restart_points", "patience", "evaluations_per_cell"});
     values.erase("foraging_share");
     values.erase("cells");
     values.erase("restart_points");
+    values.erase("evaluations_per_cell");
     values["blind_foraging_share"] = 0.5;
     values["blind_cells"] = 12;
   }

@@ -64,9 +64,7 @@ class BfoaPlus {
     if (search_.start.size() != 0) surround(search_.box().to_unit(search_.start), points);
     const Eigen::VectorXd costs = search_.evaluate(points);
     const std::vector<Eigen::Index> order = ranking(costs);
-    const int wanted_cells =
-        search_.objective().has_gradient() ? options_.cells : options_.blind_cells;
-    const Eigen::Index cells = std::min<Eigen::Index>(wanted_cells, count);
+    const Eigen::Index cells = std::min<Eigen::Index>(wanted_cells(), count);
     cells_.resize(p, cells);
     costs_.resize(cells);
     for (Eigen::Index k = 0; k < cells; ++k) {
@@ -78,6 +76,12 @@ class BfoaPlus {
     swimming_.assign(static_cast<std::size_t>(cells), 0);
     order_.resize(static_cast<std::size_t>(cells));
     for (std::size_t k = 0; k < order_.size(); ++k) order_[k] = static_cast<Eigen::Index>(k);
+  }
+
+  int wanted_cells() const {
+    if (!search_.objective().has_gradient()) return options_.blind_cells;
+    const std::int64_t affordable = budget_ / options_.evaluations_per_cell;
+    return std::max(4, static_cast<int>(std::min<std::int64_t>(options_.cells, affordable)));
   }
 
   // A known point takes the place of the first, and sparse steps from it that of every second.

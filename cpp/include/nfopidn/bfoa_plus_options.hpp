@@ -7,6 +7,7 @@ namespace nfopidn {
 
 struct BfoaPlusOptions {
   int cells = 64;
+  int evaluations_per_cell = 150;
   int blind_cells = 20;
   int colonies = 4;
   int first_points = 300;
@@ -21,7 +22,10 @@ struct BfoaPlusOptions {
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
     using B = BfoaPlusOptions;
-    visit(field("cells", &B::cells, "", between(4, 10000), "cells, with exact gradients"));
+    visit(field("cells", &B::cells, "", between(4, 10000), "most cells, with exact gradients"));
+    visit(field("evaluations_per_cell", &B::evaluations_per_cell, "", between(1, 1e9),
+                "there are fewer cells where the budget has less than this for each, down to 4; "
+                "with exact gradients"));
     visit(field("blind_cells", &B::blind_cells, "", between(4, 10000),
                 "cells, without gradients: fewer live longer"));
     visit(field("colonies", &B::colonies, "", between(1, 1000),
