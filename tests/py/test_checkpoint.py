@@ -14,7 +14,7 @@ from refusal import refused
 from results import same
 
 BOX = [(-2.0, 3.0), (0.0, 1.0)]
-EVALUATIONS = 240_000
+EVALUATIONS = 480_000
 PROGRAM = f"""
 import sys, nfopidn
 print("begun", flush=True)

@@ -266,6 +266,7 @@ def test_every_option_changes_the_history(method, name):
 WITH_GRADIENTS = {
     "foraging_share": 0.8,
     "cells": 30,
+    "evaluations_per_cell": 400,
     "colonies": 2,
     "restart_points": 0,
     "patience": 0,

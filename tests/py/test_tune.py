@@ -44,7 +44,7 @@ def scenarios():
 
 @pytest.mark.parametrize("structure", STRUCTURES)
 def test_a_structure_is_tuned(structure, golden_costs):
-    result = tune(structure=structure, rng=1, maxfev=2000)
+    result = tune(structure=structure, rng=2, maxfev=2000)
     assert result.fun < STRUCTURES[structure]
     run = simulate(result.scenario, result.controller)
     assert run.diverged_at is None

@@ -118,7 +118,7 @@ BASE = {"--maxfev": "300", "--seed": "1"}
     [
         ("--structure", "decoupled"),
         ("--method", "bfoa"),
-        ("--option", "cells=12"),
+        ("--option", "differential_share=0.1"),
         ("--bound", "kp_x=0:0.5"),
         ("--freeze", "kp_x=0.5"),
         ("--tie", "kp_x=kp_y"),

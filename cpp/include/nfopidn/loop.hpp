@@ -124,31 +124,44 @@ struct LoopState {
 
 namespace detail {
 
+template <class Scalar, class = void>
+constexpr bool remembers_turns = false;
+template <class Scalar>
+constexpr bool remembers_turns<Scalar, std::void_t<typename math<Scalar>::Turn>> = true;
+template <class Scalar, class = void>
+constexpr bool looks_beside = false;
+template <class Scalar>
+constexpr bool looks_beside<Scalar, std::void_t<decltype(&math<Scalar>::heading_beside)>> = true;
+
 // Where the robot looks, sample by sample: the angle between it and the reference, given as it
 // comes, is taken to [-pi, pi], and the robot's cosine and sine are found.
-template <class Scalar, class = void>
+template <class Scalar, bool remembers = remembers_turns<Scalar>,
+          bool beside = looks_beside<Scalar>>
 struct Lookout {
+  using Base = base_t<Scalar>;
   NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar& angle,
-                                      const LoopInputs<base_t<Scalar>>&, int) {
+                                      const LoopInputs<Base>& /*inputs*/, int /*k*/) {
     between = math<Scalar>::wrap(between);
     return math<Scalar>::heading(angle);
   }
 };
 // The angles change little from one to the next.
 template <class Scalar>
-struct Lookout<Scalar, std::void_t<typename math<Scalar>::Turn>> {
+struct Lookout<Scalar, true, false> {
+  using Base = base_t<Scalar>;
   typename math<Scalar>::Turn turn = math<Scalar>::no_turn();
   NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar& angle,
-                                      const LoopInputs<base_t<Scalar>>&, int) {
+                                      const LoopInputs<Base>& /*inputs*/, int /*k*/) {
     between = math<Scalar>::wrap(between);
     return math<Scalar>::heading(angle, turn);
   }
 };
 // The reference's cosine and sine, one for all lanes, are known.
 template <class Scalar>
-struct Lookout<Scalar, std::void_t<decltype(&math<Scalar>::heading_beside)>> {
-  NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar&,
-                                      const LoopInputs<base_t<Scalar>>& inputs, int k) {
+struct Lookout<Scalar, false, true> {
+  using Base = base_t<Scalar>;
+  NFOPIDN_INLINE Heading<Scalar> look(Scalar& between, const Scalar& /*angle*/,
+                                      const LoopInputs<Base>& inputs, int k) {
     return math<Scalar>::heading_beside(inputs.headings[k], between);
   }
 };
