@@ -330,7 +330,7 @@ ABLATION: dict[str, Mapping[str, Any]] = {
     "one colony": {"colonies": 1},
     "two colonies": {"colonies": 2},
     "16 cells": {"cells": 16},
-    "64 cells": {"cells": 64},
+    "32 cells": {"cells": 32},
     "few first points": {"first_points": 40},
 }
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "nfopidn/bfoa_plus_options.hpp"
+#include "nfopidn/latin_hypercube.hpp"
 #include "nfopidn/quasi_newton.hpp"
 
 namespace nfopidn {
@@ -47,20 +48,9 @@ class BfoaPlus {
     const auto wanted = static_cast<Eigen::Index>(
         std::min<std::int64_t>(options_.first_points, std::max<std::int64_t>(budget_ / 10, 4)));
     const Eigen::Index count = std::max<Eigen::Index>(wanted, 4);
-    Points points(p, count);
-    for (Eigen::Index i = 0; i < p; ++i) {
-      std::vector<Eigen::Index> strata(static_cast<std::size_t>(count));
-      for (std::size_t k = 0; k < strata.size(); ++k) strata[k] = static_cast<Eigen::Index>(k);
-      for (std::size_t k = strata.size() - 1; k > 0; --k) {
-        std::swap(strata[k],
-                  strata[static_cast<std::size_t>(pick(static_cast<Eigen::Index>(k) + 1))]);
-      }
-      for (Eigen::Index k = 0; k < count; ++k) {
-        const double stratum = static_cast<double>(strata[static_cast<std::size_t>(k)]);
-        const double u = (stratum + uniform()) / static_cast<double>(count);
-        points(i, k) = k % 2 == 0 ? u : u * u * u;
-      }
-    }
+    Points points = latin_hypercube(search_.random, p, count);
+    // Half of them drawn towards the lower corner.
+    for (Eigen::Index k = 1; k < count; k += 2) points.col(k) = points.col(k).array().cube();
     if (search_.start.size() != 0) surround(search_.box().to_unit(search_.start), points);
     const Eigen::VectorXd costs = search_.evaluate(points);
     const std::vector<Eigen::Index> order = ranking(costs);
@@ -152,23 +142,8 @@ class BfoaPlus {
     const int wanted = search_.objective().has_gradient() ? options_.colonies : 1;
     colonies_.resize(static_cast<std::size_t>(std::min<Eigen::Index>(wanted, most)));
     for (std::vector<Eigen::Index>& colony : colonies_) colony.clear();
-    rank_cells();
+    rank_anew(costs_, order_);
     for (const Eigen::Index i : order_) colony_of(i).push_back(i);
-  }
-  // The order of ranking(), from the last one, in which few cells are out of place.
-  void rank_cells() {
-    for (std::size_t n = 1; n < order_.size(); ++n) {
-      const Eigen::Index moved = order_[n];
-      std::size_t place = n;
-      for (; place > 0; --place) {
-        const Eigen::Index other = order_[place - 1];
-        if (costs_(other) < costs_(moved) || (costs_(other) == costs_(moved) && other < moved)) {
-          break;
-        }
-        order_[place] = other;
-      }
-      order_[place] = moved;
-    }
   }
   std::vector<Eigen::Index>& colony_of(Eigen::Index k) {
     return colonies_[static_cast<std::size_t>(k) % colonies_.size()];

@@ -17,7 +17,7 @@ struct BfoaPlusOptions {
   double blind_foraging_share = 0.8;
   int finishers = 3;
   int restart_points = 40;
-  double patience = 6;
+  double patience = 15;
 
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {

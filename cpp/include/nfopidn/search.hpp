@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nfopidn/random.hpp"
+#include "nfopidn/ranking.hpp"
 #include "nfopidn/schema.hpp"
 
 namespace nfopidn {
@@ -280,15 +281,6 @@ inline Point random_point(Random& random, Eigen::Index dimension) {
 template <class Expression>
 auto clip_to_box(const Eigen::MatrixBase<Expression>& point) {
   return point.cwiseMax(0.0).cwiseMin(1.0);
-}
-
-// Cells from best to worst; equal ones in their order.
-inline std::vector<Eigen::Index> ranking(const Eigen::VectorXd& costs) {
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(costs.size()));
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Eigen::Index>(i);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Eigen::Index a, Eigen::Index b) { return costs(a) < costs(b); });
-  return order;
 }
 
 }  // namespace nfopidn

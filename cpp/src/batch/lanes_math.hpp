@@ -1,22 +1,21 @@
 // What lanes compute otherwise than a single number: elementary functions and comparisons.
 #pragma once
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
-
-#include "lanes.hpp"
+#include "lanes_instructions.hpp"
 
 namespace nfopidn {
 
 // Nets in a unit in which the neuron's polynomial for small nets has no leading factor.
 template <int width, int count>
-struct math<Lanes<width, count>> {
+struct math<Lanes<width, count>> : private Instructions<width> {
   using Base = double;
   using Scalar = Lanes<width, count>;
   using Mask = typename Scalar::Mask;
   using Real = typename Vectors<width>::Real;
   using Bits = typename Vectors<width>::Bits;
+  using Instructions<width>::smaller, Instructions<width>::larger, Instructions<width>::clip;
+  using Instructions<width>::farther, Instructions<width>::all_under;
+  using Instructions<width>::any_over, Instructions<width>::any_bit;
 
   static constexpr Base pi = 3.14159265358979323846;
   using Constants = kernel::Coefficients<double>;
@@ -54,83 +53,6 @@ struct math<Lanes<width, count>> {
                                           -2.302909309028378144493,  1.58382344302061901099};
   static constexpr Base small_net = 0.53125;
   static constexpr Base small_square = (small_net * net_scale) * (small_net * net_scale);
-
-  // b < a ? b : a, and a < b ? b : a, as one instruction where there is one.
-  NFOPIDN_INLINE static Real smaller(const Real& a, const Real& b) {
-#if defined(__x86_64__)
-    if constexpr (width == 2) return _mm_min_pd(b, a);
-#if defined(__AVX__)
-    if constexpr (width == 4) return _mm256_min_pd(b, a);
-#endif
-#if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_min_pd(b, a);
-#endif
-#endif
-    return b < a ? b : a;
-  }
-  NFOPIDN_INLINE static Real larger(const Real& a, const Real& b) {
-#if defined(__x86_64__)
-    if constexpr (width == 2) return _mm_max_pd(b, a);
-#if defined(__AVX__)
-    if constexpr (width == 4) return _mm256_max_pd(b, a);
-#endif
-#if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_max_pd(b, a);
-#endif
-#endif
-    return a < b ? b : a;
-  }
-  NFOPIDN_INLINE static Real clip(const Real& value, Base limit) {
-    return larger(smaller(value, Real{} + limit), Real{} - limit);
-  }
-  // Whether no number is over the limit, nor not a number.
-  NFOPIDN_INLINE static bool all_under(const Real& value, Base limit) {
-    const Real bar = Real{} + limit;
-#if defined(__x86_64__)
-    if constexpr (width == 2) return _mm_movemask_pd(_mm_cmple_pd(value, bar)) == 3;
-#if defined(__AVX__)
-    if constexpr (width == 4) {
-      return _mm256_movemask_pd(_mm256_cmp_pd(value, bar, _CMP_LE_OQ)) == 15;
-    }
-#endif
-#if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_cmp_pd_mask(value, bar, _CMP_LE_OQ) == 255;
-#endif
-#endif
-    return !any_bit(~(value <= bar));
-  }
-  // Whether any number is over the limit.
-  NFOPIDN_INLINE static bool any_over(const Real& value, Base limit) {
-    const Real bar = Real{} + limit;
-#if defined(__x86_64__)
-    if constexpr (width == 2) return _mm_movemask_pd(_mm_cmpgt_pd(value, bar)) != 0;
-#if defined(__AVX__)
-    if constexpr (width == 4) {
-      return _mm256_movemask_pd(_mm256_cmp_pd(value, bar, _CMP_GT_OQ)) != 0;
-    }
-#endif
-#if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_cmp_pd_mask(value, bar, _CMP_GT_OQ) != 0;
-#endif
-#endif
-    return any_bit(value > bar);
-  }
-  NFOPIDN_INLINE static bool any_bit(const Bits& bits) {
-#if defined(__x86_64__)
-    if constexpr (width == 2) return _mm_movemask_pd(reinterpret_cast<Real>(bits)) != 0;
-#if defined(__AVX__)
-    if constexpr (width == 4) return _mm256_movemask_pd(reinterpret_cast<Real>(bits)) != 0;
-#endif
-#if defined(__AVX512F__)
-    if constexpr (width == 8)
-      return _mm512_test_epi64_mask(reinterpret_cast<__m512i>(bits),
-                                    reinterpret_cast<__m512i>(bits)) != 0;
-#endif
-#endif
-    std::int64_t some = 0;
-    for (int i = 0; i < width; ++i) some |= bits[i];
-    return some != 0;
-  }
 
   // Horner's scheme: fewest operations; the other vectors fill the waiting.
   template <int terms>
@@ -243,16 +165,6 @@ struct math<Lanes<width, count>> {
  private:
   static constexpr int channels = 3;
   static constexpr int chains = channels * count;
-
-  // The larger of a distance and that of b from zero.
-  NFOPIDN_INLINE static Real farther(const Real& distance, const Real& b) {
-#if defined(__AVX512DQ__)
-    constexpr int of_magnitudes = 0b1011;
-    if constexpr (width == 8) return _mm512_range_pd(distance, b, of_magnitudes);
-#endif
-    const std::int64_t sign = ~(std::int64_t{1} << 63);
-    return larger(distance, reinterpret_cast<Real>(reinterpret_cast<Bits>(b) & sign));
-  }
 
   NFOPIDN_INLINE static Heading<Scalar> small_heading(const Scalar& angle,
                                                       const Real (&square)[count]) {
