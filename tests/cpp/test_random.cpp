@@ -99,5 +99,37 @@ TEST(RandomDraws, NormalHasMeanZeroAndVarianceOne) {
   EXPECT_NEAR(static_cast<double>(beyond_two) / count, 0.0455, 0.002);
 }
 
+TEST(RandomDraws, BellHasMeanZeroAndVarianceOne) {
+  Random random(9);
+  constexpr int count = 200'000;
+  double mean = 0, square = 0, fourth = 0, most = 0;
+  for (int i = 0; i < count; ++i) {
+    const double draw = random.bell();
+    mean += draw / count;
+    square += draw * draw / count;
+    fourth += draw * draw * draw * draw / count;
+    most = std::max(most, std::fabs(draw));
+  }
+  // Four standard errors. A sum of four uniform numbers has a fourth moment of 2.7.
+  EXPECT_NEAR(mean, 0, 4 * std::sqrt(1.0 / count));
+  EXPECT_NEAR(square, 1, 4 * std::sqrt(1.7 / count));
+  EXPECT_NEAR(fourth, 2.7, 0.1);
+  EXPECT_LT(most, 3.465);
+}
+
+TEST(RandomDraws, PairsAreUniformAndIndependent) {
+  Random random(10);
+  constexpr int count = 84'000;
+  int seen[3][7] = {};
+  for (int i = 0; i < count; ++i) {
+    const auto [a, b] = random.pair(3, 7);
+    ASSERT_TRUE(a >= 0 && a < 3 && b >= 0 && b < 7) << a << " " << b;
+    ++seen[a][b];
+  }
+  for (const auto& row : seen) {
+    for (const int times : row) EXPECT_NEAR(times, count / 21, 5 * std::sqrt(count / 21.0));
+  }
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -312,6 +312,86 @@ TEST(BfoaPlus, GivesUpSlowDescents) {
   EXPECT_NE(steps[0], steps[1]);
 }
 
+TEST(Ranking, AnewIsThatOfCosts) {
+  Random random(21);
+  Eigen::VectorXd costs(40);
+  for (double& cost : costs) cost = std::floor(10 * random.uniform());  // with ties
+  std::vector<Eigen::Index> order = ranking(costs);
+  for (std::size_t n = 1; n < order.size(); ++n) {
+    const double before = costs(order[n - 1]), now = costs(order[n]);
+    EXPECT_TRUE(before < now || (before == now && order[n - 1] < order[n])) << n;
+  }
+  for (int round = 0; round < 200; ++round) {
+    const auto changed = static_cast<Eigen::Index>(40 * random.uniform());
+    costs(changed) = round % 7 == 0 ? std::numeric_limits<double>::infinity()
+                                    : std::floor(10 * random.uniform());
+    rank_anew(costs, order);
+    EXPECT_EQ(order, ranking(costs)) << round;
+  }
+}
+
+TEST(LatinHypercube, HasAPointInEveryPartOfEveryCoordinate) {
+  Random random(22);
+  constexpr Eigen::Index count = 50;
+  const Points points = latin_hypercube(random, 3, count);
+  EXPECT_EQ(points.rows(), 3);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    std::set<int> parts;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      EXPECT_TRUE(points(i, k) >= 0 && points(i, k) < 1);
+      parts.insert(static_cast<int>(points(i, k) * count));
+    }
+    EXPECT_EQ(parts.size(), 50U);
+  }
+  EXPECT_NE(Point(points.row(0)), Point(points.row(1)));
+}
+
+// A bowl that is a thousand times as steep one way as another.
+class Trough : public Bowl {
+ public:
+  Trough() : Bowl(true, true) {}
+  void costs(const Points& points, double* costs) override {
+    for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = at(points.col(j), nullptr);
+  }
+  double gradient(const Point& point, double* slopes) override {
+    ++asked;
+    return at(point, slopes);
+  }
+
+ private:
+  static double at(const Point& point, double* slopes) {
+    double cost = 0, steepness = 1;
+    for (Eigen::Index i = 0; i < point.size(); ++i, steepness *= 10) {
+      const double off = point(i) - point((i + 1) % point.size()) / 2 - 0.3;
+      cost += steepness * off * off;
+    }
+    for (Eigen::Index i = 0; slopes != nullptr && i < point.size(); ++i) slopes[i] = 0;
+    steepness = 1;
+    for (Eigen::Index i = 0; slopes != nullptr && i < point.size(); ++i, steepness *= 10) {
+      const Eigen::Index next = (i + 1) % point.size();
+      const double slope = 2 * steepness * (point(i) - point(next) / 2 - 0.3);
+      slopes[i] += slope;
+      slopes[next] -= slope / 2;
+    }
+    return cost;
+  }
+};
+
+TEST(QuasiNewton, KeepsTheCurvatureUntilItIsToForget) {
+  const auto gradients = [](bool forget) {
+    Trough trough;
+    Search search(trough, unit_box(4), evaluations(100000), 1);
+    QuasiNewton descent(search);
+    Point first = Point::Constant(4, 0.9), second = Point::Constant(4, 0.1);
+    EXPECT_LT(descent.descend(first, 20000, [](double) { return true; }), 1e-12);
+    if (forget) descent.forget();
+    const Eigen::Index before = trough.asked;
+    EXPECT_LT(descent.descend(second, 20000, [](double) { return true; }), 1e-12);
+    return trough.asked - before;
+  };
+  EXPECT_LT(gradients(false), gradients(true));
+}
+
 // Up to 64 cells, of 150 evaluations each or more, but never fewer than 4.
 TEST(BfoaPlus, SmallBudgetsHaveFewCells) {
   for (const auto& [budget, cells] :
