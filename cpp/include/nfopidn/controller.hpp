@@ -16,10 +16,11 @@ namespace detail {
 template <class Scalar, class = void>
 struct SpareTorque {
   using Base = base_t<Scalar>;
-  Base spare = Base(-1);
+  Base spare = Base(-1);  // covers none
 
   template <class Structure>
-  constexpr void choose(const Structure& structure, Base limit) {
+  constexpr void choose_spare(const Structure& structure, Base limit) {
+    spare = Base(-1);
     if (structure.form != Form::positional || structure.activation != Activation::sigmoid) return;
     constexpr Base most = Base(1.000001);  // an output of a neuron, whatever the rounding
     Base reach = Base(0);
@@ -37,8 +38,8 @@ struct SpareTorque {
 template <class Scalar>
 struct SpareTorque<Scalar, std::enable_if_t<std::is_floating_point_v<Scalar>>> {
   template <class Structure>
-  constexpr void choose(const Structure&, Scalar) {}
-  static constexpr bool covers(Scalar) { return false; }
+  constexpr void choose_spare(const Structure& /*structure*/, Scalar /*limit*/) {}
+  static constexpr bool covers(Scalar /*feedforward*/) { return false; }
 };
 
 }  // namespace detail
@@ -48,7 +49,7 @@ struct SpareTorque<Scalar, std::enable_if_t<std::is_floating_point_v<Scalar>>> {
 // Filter is Fir<Scalar, Capacity, Slack>, Variant is AnyStructure<Base> or a FixedStructure.
 // step() runs in constant time; it neither allocates nor throws.
 template <class Scalar, class Filter, class Variant = AnyStructure<base_t<Scalar>>>
-class Controller {
+class Controller : private detail::SpareTorque<Scalar> {  // a base, so that none takes no memory
  public:
   using Base = base_t<Scalar>;
   using Structure = Variant;
@@ -80,7 +81,7 @@ class Controller {
                                      const ControlLimits<Base>& limits) noexcept {
     structure_.choose(settings);
     limit_ = limits.torque;
-    spare_.choose(structure_, limit_);
+    this->choose_spare(structure_, limit_);
     const Base scale = settings.speed_scale > Base(0) ? settings.speed_scale : limits.speed_scale;
     constexpr Base least = Base(least_speed_scale);
     inverse_speed_scale_ = Base(1) / (scale < least ? least : scale);
@@ -157,7 +158,7 @@ class Controller {
                  next_feedback(feedback_.right, neurons.right, reference.tau_right)};
     const TorquePair<Scalar> total = {feedback_.left + reference.tau_left,
                                       feedback_.right + reference.tau_right};
-    if (spare_.covers(reference.tau_left) && spare_.covers(reference.tau_right)) return total;
+    if (this->covers(reference.tau_left) && this->covers(reference.tau_right)) return total;
     return limited(total);
   }
 
@@ -226,7 +227,6 @@ class Controller {
   Structure structure_ = {};
   Base limit_ = Base(3.078);
   Base inverse_speed_scale_ = Base(1);
-  detail::SpareTorque<Scalar> spare_;
 };
 
 }  // namespace nfopidn

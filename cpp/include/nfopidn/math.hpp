@@ -80,8 +80,8 @@ struct math {
   using SignedBits = typename Constants::SignedBits;
 
   static constexpr Base pi = Base(3.14159265358979323846);
-  static constexpr Base net_scale = Base(1);   // internal net units in one of eq. 34
-  static constexpr bool has_order = true;      // comparisons give one answer, so code may branch
+  static constexpr Base net_scale = Base(1);  // internal net units in one of eq. 34
+  static constexpr bool has_order = true;     // comparisons give one answer, so code may branch
 
   // Nearest whole number, ties to even, for |value| < 2^(mantissa_bits - 2).
   static constexpr Scalar round(Scalar value) {

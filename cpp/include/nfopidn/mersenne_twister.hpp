@@ -1,5 +1,5 @@
 // L3. The 64-bit Mersenne twister of Nishimura and Matsumoto (MT19937-64): the same numbers as
-// std::mt19937_64, made a block at a time in loops that compilers vectorise, three times as fast.
+// std::mt19937_64, made a block at a time in loops that compilers vectorise.
 #pragma once
 
 #include <cstdint>

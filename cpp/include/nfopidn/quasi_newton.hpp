@@ -11,8 +11,8 @@ class QuasiNewton {
 
   // Descends from `point` for at most about `evaluations`; leaves there the point it came to, and
   // returns its cost. Stops at a minimum, on a cliff, or when progress is too small to go on.
-  // `goes_on` is asked after each step, with the cost. The curvature learnt in an earlier descent is
-  // where this one starts from, until it proves wrong; forget() it where it would not help.
+  // `goes_on` is asked after each step, with the cost. The curvature learnt in an earlier descent
+  // is where this one starts from, until it proves wrong; forget() it where it would not help.
   template <class GoesOn>
   double descend(Point& point, std::int64_t evaluations, const GoesOn& goes_on) {
     const std::int64_t last = search_.result.evaluations + evaluations;
