@@ -9,7 +9,7 @@ constexpr int batch_capacity = 34;  // most taps a channel: memory 32
 
 struct BatchJob {
   const Plant<double>* plant;
-  const LoopInputs<double>* inputs;  // with headings
+  const LoopInputs<double>* inputs;  // for costs with headings, for gradients without
   const State<double>* start;
   const ControllerSettings<double>* structure;
   const ControlLimits<double>* limits;

@@ -202,8 +202,7 @@ class BfoaPlus {
   }
 
   // Descents from the best cells that are apart, each with nothing known; then from elsewhere for
-  // as long as there is budget, with the curvature of the one before: valleys resemble each other,
-  // and to learn it anew takes a third of a descent.
+  // as long as there is budget, with the curvature of the one before: valleys resemble each other.
   void finish() {
     constexpr double apart = 0.1;
     // A descent along a narrow valley takes some two hundred evaluations a coordinate.
