@@ -17,9 +17,9 @@ int main() {
   task.structure = named_structure(StructureName::decoupled);
   task.evaluations = 5000;
   task.seed = 1;
-  const SearchResult found = run_tuning(task);
+  const TuningResult found = run_tuning(task);
   const ControllerDesign design =
-      design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end()));
+      design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
   std::printf("cost %.3g after %lld evaluations; simulated again: %.3g\n", found.cost,
               static_cast<long long>(found.evaluations), simulate(scenario, design).metrics.cost);
 }

@@ -197,6 +197,27 @@ Outcome build_scenario(const Arguments& arguments, Scenario& scenario) {
   return explain_consistency(scenario);
 }
 
+// A search in a structure may start from a file's controller, which must then be of it.
+Outcome check_structure(const Arguments& arguments, const ControllerDesign& structure,
+                        const ControllerDesign& start) {
+  if (arguments.structure.empty()) return {};
+  const std::string about = "--structure " + arguments.structure + ": ";
+  if (!start.taps.empty() && arguments.structure != "taps") {
+    return {Status::inconsistent,
+            about + arguments.controller_file + " has free taps; gains and orders are needed"};
+  }
+  const Json wanted = write_settings<ControllerSettings<double>>(structure);
+  const Json given = write_settings<ControllerSettings<double>>(start);
+  for (const char* key : {"form", "allocation", "lateral"}) {
+    if (given[key] == wanted[key] ||
+        (key == std::string("lateral") && arguments.structure == "taps"))
+      continue;
+    return {Status::inconsistent, about + key + " of " + arguments.controller_file + " is " +
+                                      given[key].dump() + "; must be " + wanted[key].dump()};
+  }
+  return {};
+}
+
 Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
   if (!arguments.structure.empty()) {
     StructureName name{};
@@ -206,7 +227,9 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
     design = ControllerDesign(named_structure(name).settings);
   }
   if (!arguments.controller_file.empty()) {
+    const ControllerDesign structure = design;
     Outcome outcome = load_controller(arguments.controller_file, design);
+    if (outcome) outcome = check_structure(arguments, structure, design);
     if (!outcome) return outcome;
   }
   if (!design.taps.empty()) {

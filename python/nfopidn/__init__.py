@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import fractional, plot, stability, study
+from nfopidn import _pickle, fractional, plot, stability, study
 from nfopidn._compare import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn._core import (
     Controller,
@@ -17,6 +17,8 @@ from nfopidn._parameters import default_bounds
 from nfopidn._report import report
 from nfopidn._search import Forager, OptimizeResult, bfoa
 from nfopidn._tuning import Objective, TuneResult, tune
+
+_pickle.register()
 
 __all__ = [
     "Comparison",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -37,13 +39,37 @@ def check_picture(path: str | None) -> None:
         raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
 
 
+def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ()) -> None:
+    """Refuse names that cannot be written, and one name given twice; by option, before any work."""
+    taken = {Path(name).resolve(): "the input" for name in inputs}
+    for option, name in outputs.items():
+        if name is None:
+            continue
+        path = Path(name)
+        place = path if path.exists() else path.parent
+        if path.is_dir() or not place.exists() or not os.access(place, os.W_OK):
+            reason = errno.EISDIR if path.is_dir() else errno.EACCES
+            reason = reason if place.exists() else errno.ENOENT
+            raise ValueError(f"{option} {name}: cannot be written: {os.strerror(reason)}")
+        if path.resolve() in taken:
+            raise ValueError(f"{option} {name}: is the file of {taken[path.resolve()]} too")
+        if not path.exists() or path.is_file():
+            taken[path.resolve()] = option
+
+
 @contextmanager
 def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
     """Give a draft to write, which takes the file's place at the end: whole or not at all."""
     target = Path(path)
-    draft = target.with_name(target.name + ".part")
+    if target.exists() and not target.is_file():  # /dev/stdout, a pipe: written directly
+        yield target
+        return
+    target = target.resolve()  # the file a link points to is replaced, and not the link
+    draft = target.with_name(f"{target.name}.part{os.getpid()}")
     try:
         yield draft
+        with draft.open("rb") as written:
+            os.fsync(written.fileno())
         draft.replace(target)
     finally:
         draft.unlink(missing_ok=True)

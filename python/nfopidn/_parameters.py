@@ -12,7 +12,7 @@ import numpy as np
 
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Robot, Scenario
-from nfopidn._search import Array, check_bounds
+from nfopidn._search import Array, check_bounds, is_number
 
 Structure = str | Mapping[str, Any] | None
 Request = dict[str, Any]
@@ -137,6 +137,8 @@ def controller_structure(structure: Structure) -> tuple[dict[str, Any], str]:
     if isinstance(structure, str):
         settings, parameters = _core.structure(structure)
         return dict(settings), parameters
+    if not isinstance(structure, Mapping):
+        raise ValueError(f"structure is {structure!r}; must be a name or settings of Controller")
     settings = dict(structure)
     return settings, settings.pop("parameters", "shared-orders")
 
@@ -176,8 +178,11 @@ def _sources(
     """Give the free places, and for each place its free one (or -1) and its frozen value."""
     fixed = [0.0] * len(names)
     leader = list(range(len(names)))
+    for argument, given in (("frozen", frozen), ("tied", tied)):
+        if given is not None and not isinstance(given, Mapping):
+            raise ValueError(f"{argument} is {given!r}; must be a mapping by name")
     for name, value in dict(frozen or {}).items():
-        if not np.isfinite(value):
+        if not is_number(value) or not np.isfinite(float(value)):
             raise ValueError(f"frozen: {name} is {value}; must be finite")
         place = _known(name, names, "frozen")
         fixed[place] = float(value)
@@ -238,7 +243,10 @@ def _free_box(
             _known(name, own, "bounds")
         box.update({name: _pair(name, pair) for name, pair in bounds.items()})
     elif bounds is not None:
-        rows = np.array(bounds, dtype=float)
+        try:
+            rows = np.array(bounds, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"bounds are {bounds!r}; must be numbers ({len(own)}, 2)") from None
         if rows.shape != (len(own), 2):
             raise ValueError(
                 f"bounds have the shape {rows.shape}; must be ({len(own)}, 2), for {', '.join(own)}"
@@ -252,6 +260,8 @@ def _free_box(
 def _pair(name: str, pair: Any) -> tuple[float, float]:
     try:
         low, high = pair
+        if not (is_number(low) or np.isnan(low)) or not (is_number(high) or np.isnan(high)):
+            raise TypeError
         return float(low), float(high)
     except (TypeError, ValueError):
         raise ValueError(f"bounds of {name} are {pair!r}; must be (low, high)") from None

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import queue
 import secrets
 import threading
+import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from numbers import Real
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -28,6 +31,9 @@ HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
 DEFAULT_EVALUATIONS = 10_000
 UNLIMITED = 2**62
 FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
+#: Suffixes of the checkpoints that one search may have.
+STAGES = ("", FIRST_STAGE, *(f".{lateral}" for lateral in _core.FREE_TAP_LATERALS[:-1]))
+MOST_WORKERS = 1024
 WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
 MESSAGES = {
@@ -90,9 +96,9 @@ class Settings:
         whole = {
             "kind": "search",
             "method": self.method,
-            "options": self.options,
+            "options": _core.default_options(self.method) | self.options,
             "maxfev": self.maxfev,
-            "stopval": None if np.isinf(self.stopval) else self.stopval,
+            "stopval": str(self.stopval) if np.isinf(self.stopval) else self.stopval,
             "seed": self.seed,
             "low": low.tolist(),
             "high": high.tolist(),
@@ -123,30 +129,26 @@ def check_settings(
     stopval: float | None,
     checkpoint: str | PathLike[str] | None,
     progress: bool,
+    callback: Callback | None,
 ) -> Settings:
     """Refuse what is out of range; fill in what is missing."""
     if method not in METHODS:
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
         maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
-    if isinstance(maxfev, bool) or not 1 <= maxfev <= UNLIMITED or int(maxfev) != maxfev:
+    if not is_whole(maxfev, 1, UNLIMITED):
         raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62]")
-    if maxtime is not None and not maxtime > 0:
+    if maxtime is not None and not (is_number(maxtime) and maxtime > 0):
         raise ValueError(f"maxtime is {maxtime}; must be greater than 0 s")
-    if stopval is not None and np.isnan(stopval):
+    if stopval is not None and not is_number(stopval):
         raise ValueError(f"stopval is {stopval}; must be a number")
-    for name, value in dict(options or {}).items():
-        if isinstance(value, float | np.floating) and not np.isfinite(value):
-            raise ValueError(f"options: {name} is {value}; must be finite")
-    path = "" if checkpoint is None else fspath(checkpoint)
-    if checkpoint is not None and path == "":
-        raise ValueError("checkpoint is empty; must be the name of a file")
+    if callback is not None and not callable(callback):
+        raise ValueError(f"callback is {callback!r}; must be a function or None")
+    options = _checked_options(options)
+    path = _checked_path(checkpoint)
     return Settings(
         method=method,
-        options={
-            key: value.item() if isinstance(value, np.generic) else value
-            for key, value in dict(options or {}).items()
-        },
+        options=options,
         maxfev=int(maxfev),
         maxtime=np.inf if maxtime is None else float(maxtime),
         stopval=-np.inf if stopval is None else float(stopval),
@@ -156,12 +158,52 @@ def check_settings(
     )
 
 
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, infinity included, and no bool."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | np.number):
+        return False
+    try:
+        return not np.isnan(float(value))
+    except (OverflowError, TypeError):
+        return False
+
+
+def is_whole(value: Any, low: int, high: int) -> bool:
+    """Whether a value is a whole number within [low, high], and no bool."""
+    return is_number(value) and low <= value <= high and int(value) == value
+
+
+def _checked_options(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Give the options as plain numbers, which the core checks by name."""
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise ValueError(f"options is {options!r}; must be a mapping of names to numbers")
+    plain = {}
+    for name, value in options.items():
+        if not isinstance(name, str):
+            raise ValueError(f"options: {name!r} is no name of an option")
+        if not is_number(value) or not np.isfinite(float(value)):
+            raise ValueError(f"options: {name} is {value}; must be a finite number")
+        plain[name] = value.item() if isinstance(value, np.generic) else value
+    return plain
+
+
+def _checked_path(checkpoint: Any) -> str:
+    if checkpoint is None:
+        return ""
+    if not isinstance(checkpoint, str | PathLike) or not isinstance(fspath(checkpoint), str):
+        raise ValueError(f"checkpoint is {checkpoint!r}; must be the name of a file")
+    path = fspath(checkpoint)
+    if path == "" or "\0" in path:
+        raise ValueError(f"checkpoint is {path!r}, empty or with a NUL; must be the name of a file")
+    return path
+
+
 def _seed(rng: Any, checkpoint: str) -> int:
     if rng is None:
-        drawn = _seed_of_checkpoint(checkpoint)
-        if drawn is None:
-            drawn = _seed_of_checkpoint(checkpoint + FIRST_STAGE)
-        return secrets.randbits(32) if drawn is None else drawn
+        seeds = [_seed_of_checkpoint(checkpoint + stage) for stage in STAGES if checkpoint]
+        return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
     try:
@@ -230,7 +272,7 @@ def run(
         if callback is not None or settings.progress:
             request["callback"] = observer
         found = search(request)
-    return found, observer.raised
+    return found, observer.raised or found.pop("raised", None)
 
 
 def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
@@ -239,6 +281,7 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
     fault = found.pop("checkpoint_fault")
     if isinstance(raised, KeyboardInterrupt):
         reason, raised = "interrupted", None
+    found.pop("raised", None)
     history = np.zeros(len(found["history"]), dtype=[(name, float) for name in HISTORY])
     for column, name in enumerate(HISTORY):
         history[name] = found["history"][:, column]
@@ -302,7 +345,9 @@ def bfoa(
         Processes that evaluate a block's points, or a function like map. func must then be one
         that can be pickled.
     checkpoint
-        A file from which the same call goes on after an interruption, to the same result.
+        A file from which the same call goes on after an interruption, to the same result. It is
+        saved every half second between evaluations; a block, if func is `vectorized` or `workers`
+        is a map, is one evaluation.
     progress
         Whether to show a progress bar in a terminal or notebook; needs rich.
 
@@ -317,11 +362,20 @@ def bfoa(
         For an argument out of range, and for a cost that is NaN. What func raises is passed on;
         its attribute `best` then holds the result so far.
     """
-    settings = check_settings(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress)
+    settings = check_settings(
+        method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
+    )
     low, high = _box(bounds)
+    if not callable(func):
+        raise ValueError(f"func is {func!r}; must be a function")
     with ExitStack() as stack:
         block = func if vectorized else _pointwise(func, workers, stack)
         request = settings.request(low, high, {"kind": "function"})
+        request["most_at_once"] = UNLIMITED
+        watched = settings.checkpoint or np.isfinite(settings.maxtime)
+        if watched and not vectorized and not callable(workers):
+            # Time is looked at, and answers are saved, between what is asked for together.
+            request["most_at_once"] = 1 if workers == 1 else 4 * workers
         found, raised = run(
             lambda request: _core.search_function(block, request),
             request,
@@ -330,12 +384,15 @@ def bfoa(
             "bfoa",
         )
     result = OptimizeResult(seed=settings.seed)
-    finish(result, found, found.pop("raised") or raised)
+    finish(result, found, raised)
     return result
 
 
 def _box(bounds: Any) -> tuple[Array, Array]:
-    box = np.array(bounds, dtype=float)
+    try:
+        box = np.array(bounds, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"bounds are {bounds!r}; must be numbers (p, 2)") from None
     if box.ndim != 2 or box.shape[1] != 2 or len(box) == 0:
         raise ValueError(f"bounds have the shape {box.shape}; must be (p, 2)")
     check_bounds(box[:, 0], box[:, 1], [f"coordinate {i}" for i in range(len(box))])
@@ -351,17 +408,40 @@ def _pointwise(
     mapping: Callable[..., Iterable[Any]] | None = None
     if callable(workers):
         mapping = workers
-    elif isinstance(workers, bool) or int(workers) != workers or workers < 1:
-        raise ValueError(f"workers is {workers}; must be a whole number of at least 1, or a map")
+    elif not is_whole(workers, 1, MOST_WORKERS):
+        raise ValueError(
+            f"workers is {workers}; must be a whole number in [1, {MOST_WORKERS}], or a map"
+        )
     elif workers > 1:
         mapping = stack.enter_context(ProcessPoolExecutor(int(workers))).map
 
     def each(points: Array) -> Array:
-        if mapping is None:  # a plain loop: through map a StopIteration of func would be lost
-            return np.array([float(func(point)) for point in points])
-        return np.array([float(cost) for cost in mapping(func, points)])
+        costs: list[float] = []
+        try:
+            if mapping is None:  # a plain loop: through map a StopIteration of func would be lost
+                for point in points:
+                    costs.append(float(func(point)))
+            else:
+                for cost in mapping(func, points):
+                    costs.append(float(cost))
+        except BaseException as error:
+            with suppress(AttributeError, TypeError):
+                error.answered = costs  # type: ignore[attr-defined]  # what the core still counts
+            raise
+        return np.array(costs)
 
     return each
+
+
+_OPEN: weakref.WeakSet[Forager] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """End the searches that nobody has: a thread in the core would bring the interpreter down."""
+    for forager in list(_OPEN):
+        with suppress(BaseException):
+            forager.close()
 
 
 class Forager:
@@ -399,6 +479,7 @@ class Forager:
 
         self._thread = threading.Thread(target=work, daemon=True)
         self._thread.start()
+        _OPEN.add(self)
 
     def _evaluate(self, points: Array) -> Array:
         self._points.put(points)

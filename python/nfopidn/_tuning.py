@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
-from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._core import Controller, Rival, Robot, Scenario
 from nfopidn._files import replace_file
-from nfopidn._parameters import ControllerSearch, controller_structure, make_search
+from nfopidn._parameters import ControllerSearch, Search, controller_structure, make_search
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
     HISTORY,
     MESSAGES,
+    MOST_WORKERS,
     UNLIMITED,
     Array,
     Callback,
@@ -28,11 +29,16 @@ from nfopidn._search import (
     Settings,
     check_settings,
     finish,
+    is_number,
+    is_whole,
     run,
 )
 
 TUNING_FORMAT = "nfopidn-tuning"
 TUNING_VERSION = 1
+
+#: What a Robot is made of.
+ROBOT = ("mass", "inertia", "track_width", "wheel_radius")
 
 #: From this status on a search has been told to end, or its time is up.
 ENDED_EARLY = list(MESSAGES).index("time")
@@ -53,8 +59,8 @@ class TuneResult(OptimizeResult):
         fields["history"] = [list(row) for row in fields["history"]]
         fields["controller"] = json.loads(self["controller"].to_json())
         fields["scenario"] = [json.loads(scenario.to_json()) for scenario in _list(self.scenario)]
-        document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **fields}
-        replace_file(path, json.dumps(document, indent=1, default=_plain) + "\n")
+        document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **_plain(fields)}
+        replace_file(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
     @classmethod
     def from_json(cls, path: str | PathLike[str]) -> TuneResult:
@@ -73,6 +79,8 @@ class TuneResult(OptimizeResult):
                 )
             for key in ("fun", "nfev", "parameters", "seed", "message"):
                 fields[key]
+            fields["fun"] = float(fields["fun"])
+            fields["nfev"] = int(fields["nfev"])
             for key in ("x", "population", "population_energies"):
                 fields[key] = np.array(fields[key], dtype=float)
             shape = (len(fields["population_energies"]), len(fields["x"]))
@@ -84,16 +92,26 @@ class TuneResult(OptimizeResult):
             scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
             if not scenarios:
                 raise ValueError("scenario is empty")
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
 
 
 def _plain(value: Any) -> Any:
-    """Give what JSON can hold for what NumPy has made."""
+    """Give what JSON can hold: of NumPy's making plain numbers, of what is not finite its name."""
+    if isinstance(value, Mapping):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
     if hasattr(value, "tolist"):
-        return value.tolist()
+        return _plain(value.tolist())
+    if isinstance(value, Robot):
+        return {name: getattr(value, name) for name in ROBOT}
+    if isinstance(value, float) and not np.isfinite(value):
+        return str(value)
+    if value is None or isinstance(value, str | bool | int | float):
+        return value
     raise TypeError(f"{type(value).__name__} has no place in a file")
 
 
@@ -108,7 +126,7 @@ class Objective:
 
     >>> objective = Objective(structure="decoupled")
     >>> x = objective.parameters_of(Controller.published())
-    >>> objective(x) == objective.costs([x])[0]
+    >>> bool(objective(x) == objective.costs([x])[0])
     True
     """
 
@@ -137,19 +155,33 @@ class Objective:
 
     def __call__(self, x: ArrayLike) -> float:
         """Give the cost (eq. 41) of a point (p,)."""
-        return float(self._function.costs(np.array(x, dtype=float)[None, :])[0])
+        return float(self._function.costs(self._point(x)[None, :])[0])
 
     def costs(self, points: ArrayLike) -> Array:
         """Give the costs (n,) of points (n, p)."""
-        return self._function.costs(np.array(points, dtype=float))
+        rows = np.array(points, dtype=float)
+        if rows.ndim != 2:
+            raise ValueError(f"points have the shape {rows.shape}; must be (n, {self._size})")
+        return self._function.costs(rows)
 
     def gradient(self, x: ArrayLike) -> tuple[float, Array]:
         """Give the cost at x (p,) and its exact partial derivatives (p,)."""
-        return self._function.gradient(np.array(x, dtype=float))
+        return self._function.gradient(self._point(x))
 
     def controller(self, x: ArrayLike) -> Controller:
         """Give the controller that x (p,) stands for."""
-        return self._search.controller(np.array(x, dtype=float))
+        made = self._search.controller(self._point(x))
+        return Controller.from_json(made.to_json())  # refuses what a controller may not have
+
+    @property
+    def _size(self) -> int:
+        return len(self.parameters)
+
+    def _point(self, x: ArrayLike) -> Array:
+        point = np.array(x, dtype=float)
+        if point.shape != (self._size,):
+            raise ValueError(f"x has the shape {point.shape}; must be ({self._size},)")
+        return point
 
     def parameters_of(self, controller: Controller) -> Array:
         """Give the free parameters (p,) that a controller has."""
@@ -172,9 +204,9 @@ def _cost_function(
 
 
 def _check_share(risk: float, workers: int) -> None:
-    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
-        raise ValueError(f"workers is {workers}; must be a whole number of at least 1")
-    if not 0 <= risk <= 1:
+    if not is_whole(workers, 1, MOST_WORKERS):
+        raise ValueError(f"workers is {workers}; must be a whole number in [1, {MOST_WORKERS}]")
+    if not is_number(risk) or not 0 <= risk <= 1:
         raise ValueError(f"risk is {risk}; must be in [0, 1]")
 
 
@@ -225,8 +257,9 @@ def tune(
         Parameters that equal another one: {"kp_y": "kp_x"}.
     start
         A controller to start from. Without one, a search for free taps spends three tenths of the
-        evaluations on gains and orders first. Stages before the last have checkpoints of their
-        own, with the suffixes .gains and .speed.
+        evaluations and of the time on gains and orders first. Stages before the last have
+        checkpoints of their own, with the suffixes .gains and .speed; a callback is told the
+        evaluations of all, the point and the cost of the present one. It must lie in the bounds.
     risk
         With several scenarios: the cost is the mean of the worst `risk` share of them; 1 is the
         mean of all, 0 the worst case.
@@ -241,11 +274,15 @@ def tune(
     ValueError
         Names the argument, its value and what is allowed.
     """
-    settings = check_settings(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress)
+    settings = check_settings(
+        method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
+    )
     scenarios = _scenarios(scenario)
     search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
     _check_share(risk, workers)
     first = None if start is None else search.start(start)
+    if first is not None:
+        _check_start(search, first)
     if structure == "taps" and isinstance(search, ControllerSearch):
         shared = {
             **{"bounds": bounds, "frozen": frozen, "tied": tied, "method": method},
@@ -258,7 +295,7 @@ def tune(
         before = _first_gains(
             scenarios, structure, settings, callback, {"workers": workers, "risk": risk}
         )
-        first = search.start(before.controller)
+        first = _within(search, before.controller)
         if before.status >= ENDED_EARLY or before.nfev >= settings.maxfev:
             return _as_taps(before, search, structure, _cost_function(scenarios, search, risk, 1))
     problem = {
@@ -279,7 +316,7 @@ def tune(
         lambda request: search.run(scenarios, float(risk), int(workers), request),
         request,
         settings,
-        callback,
+        _counting_on(callback, 0 if before is None else before.nfev),
         "tune",
     )
     result = TuneResult(
@@ -298,6 +335,18 @@ def tune(
         reply["history"] = np.vstack([_rows(before.history), reply["history"]])
     finish(result, reply, raised)
     return result
+
+
+def _check_start(search: Search, first: Array) -> None:
+    for name, value, low, high in zip(search.names, first, search.low, search.high, strict=True):
+        slack = 1e-9 * (high - low)
+        if not low - slack <= value <= high + slack:
+            raise ValueError(f"start has {name} {value:.6g}; must be in [{low:g}, {high:g}]")
+
+
+def _within(search: Search, controller: Controller) -> Array:
+    """Give a controller's free parameters, moved to the bounds where they are beyond."""
+    return np.clip(search.start(controller), search.low, search.high)
 
 
 def _rows(history: Any) -> Array:
@@ -324,14 +373,13 @@ def _first_gains(
 ) -> TuneResult:
     """Find gains and orders from which a search for free taps starts."""
     chosen, _ = controller_structure(structure)
-    budget = DEFAULT_EVALUATIONS if settings.maxfev == UNLIMITED else settings.maxfev
     return tune(
         scenarios,
         structure={**chosen, "parameters": "orders-by-channel"},
         rng=settings.seed,
-        maxfev=max(1, int(_core.START_SHARE * budget)),
-        maxtime=None if np.isinf(settings.maxtime) else settings.maxtime,
-        stopval=None if np.isinf(settings.stopval) else settings.stopval,
+        maxfev=_gains_share(settings),
+        maxtime=None if np.isinf(settings.maxtime) else _core.START_SHARE * settings.maxtime,
+        stopval=_stopval(settings),
         callback=callback,
         checkpoint=settings.checkpoint + FIRST_STAGE if settings.checkpoint else None,
         progress=settings.progress,
@@ -350,6 +398,10 @@ def _either_lateral(
     chosen, _ = controller_structure("taps")
     stages: list[TuneResult] = []
     left, seconds = settings.maxfev, settings.maxtime
+    callback = shared.pop("callback")
+    # Of what a stage could not use, because its time was up, no other has more: a search that goes
+    # on from its checkpoints has the same stages.
+    rest = left - _gains_share(settings) if start is None else left
 
     def add(stage: Callable[[], TuneResult]) -> bool:
         """Run a stage; give whether the search goes on."""
@@ -370,7 +422,7 @@ def _either_lateral(
         limits = {"workers": shared["workers"], "risk": shared["risk"]}
 
         def gains() -> TuneResult:
-            found = _first_gains(scenarios, "taps", settings, shared["callback"], limits)
+            found = _first_gains(scenarios, "taps", settings, callback, limits)
             cost = _cost_function(scenarios, search, shared["risk"], 1)
             return _as_taps(found, search, "taps", cost)
 
@@ -380,7 +432,9 @@ def _either_lateral(
     laterals = _core.FREE_TAP_LATERALS
     for lateral in laterals:
         last = lateral == laterals[-1]
-        part = 1 if last else 2  # of what is left
+        share = rest // 2 if last else -(-rest // 2)
+        if share < 1:
+            break
         suffix = "" if last else f".{lateral}"
         stage = partial(
             tune,
@@ -388,15 +442,37 @@ def _either_lateral(
             structure={**chosen, "lateral": lateral, "parameters": "taps"},
             start=start,
             rng=settings.seed,
-            maxfev=None if left == UNLIMITED else -(-left // part),
-            maxtime=None if np.isinf(seconds) else seconds / part,
-            stopval=None if np.isinf(settings.stopval) else settings.stopval,
+            maxfev=None if settings.maxfev == UNLIMITED else share,
+            maxtime=None if np.isinf(seconds) else (seconds if last else seconds / 2),
+            stopval=_stopval(settings),
             checkpoint=settings.checkpoint + suffix if settings.checkpoint else None,
+            callback=_counting_on(callback, sum(stage.nfev for stage in stages)),
             **shared,
         )
         if not add(stage):
             break
     return _best_of(stages)
+
+
+def _stopval(settings: Settings) -> float | None:
+    return None if settings.stopval == -np.inf else settings.stopval
+
+
+def _gains_share(settings: Settings) -> int:
+    """Give the evaluations for gains and orders before a search for free taps."""
+    budget = DEFAULT_EVALUATIONS if settings.maxfev == UNLIMITED else settings.maxfev
+    return max(1, int(_core.START_SHARE * budget))
+
+
+def _counting_on(callback: Callback | None, spent: int) -> Callback | None:
+    """Give a callback for a later stage, which is told the evaluations of all."""
+    if callback is None or spent == 0:
+        return callback
+
+    def told(result: OptimizeResult) -> object:
+        return callback(OptimizeResult(result, nfev=result.nfev + spent))
+
+    return told
 
 
 def _cost(stage: TuneResult) -> float:
@@ -432,7 +508,7 @@ def _as_taps(
 
     Its cost is that of the free taps: they may be frozen or tied, and not make what was found.
     """
-    x = search.start(found.controller)
+    x = _within(search, found.controller)
     fun = float(cost.costs(x[None, :])[0])
     found.update(
         x=x,

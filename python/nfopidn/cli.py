@@ -10,7 +10,7 @@ from typing import Any
 
 import nfopidn
 from nfopidn._compare.command import add_compare
-from nfopidn._files import check_picture, load_controller
+from nfopidn._files import check_outputs, check_picture, load_controller
 from nfopidn._interrupt import EXIT_INTERRUPTED
 from nfopidn._report.command import add_report
 from nfopidn.study._command import add_study
@@ -46,10 +46,15 @@ def _tune(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = load_controller(arguments.start) if arguments.start else None
     check_picture(arguments.plot)
-    outputs = [path for path in (arguments.output, arguments.result, arguments.plot) if path]
-    for path in outputs:  # whether they can be written shows before the search, not after
-        with open(path, "ab"):
-            pass
+    check_outputs(
+        {
+            "--output": arguments.output,
+            "--result": arguments.result,
+            "--plot": arguments.plot,
+            "--checkpoint": arguments.checkpoint,
+        },
+        inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
+    )
     result = nfopidn.tune(
         scenarios or None,
         structure=arguments.structure,

@@ -1,4 +1,6 @@
 // Lanes and dual numbers against the scalar loop: the same law, the same plant.
+#include <atomic>
+
 #include "nfopidn/batch.hpp"
 #include "support.hpp"
 
@@ -173,6 +175,19 @@ TEST(Gradient, PassesTheTorqueLimit) {
     scenario.torque_limit = 0.1;
     EXPECT_NE(evaluate(prepare(scenario), structure), free);
     expect_gradient(scenario, structure, "clamp ");
+  }
+}
+
+// Each of the whole once, however many threads are asked for.
+TEST(InShares, CoverTheWholeOnce) {
+  for (const int whole : {0, 1, 2, 7, 64}) {
+    for (const int threads : {-1, 0, 1, 2, 3, 63, std::numeric_limits<int>::max()}) {
+      std::vector<std::atomic<int>> times(static_cast<std::size_t>(whole));
+      in_shares(whole, threads, [&](int first, int count) {
+        for (int i = first; i < first + count; ++i) ++times[static_cast<std::size_t>(i)];
+      });
+      for (const std::atomic<int>& one : times) EXPECT_EQ(one, 1) << whole << ' ' << threads;
+    }
   }
 }
 

@@ -225,6 +225,45 @@ TEST(Search, ResumesBitForBit) {
   }
 }
 
+// What was found in time is not lost to the same time limit when it is found again.
+TEST(Search, HasNoTimeLimitWhileItRepeats) {
+  Bowl bowl;
+  Search whole(bowl, unit_box(5), evaluations(1500), 5);
+  BfoaPlus(whole, BfoaPlusOptions{}, 1500).run();
+  SearchLimits limits = evaluations(1500);
+  limits.seconds = 1;
+  Bowl other;
+  Search search(other, unit_box(5), limits, 5);
+  search.add_elapsed(2);
+  search.resume({whole.record().begin(), whole.record().begin() + 1000});
+  BfoaPlus(search, BfoaPlusOptions{}, 1500).run();
+  EXPECT_EQ(search.result.reason, StopReason::time);
+  EXPECT_GE(search.result.evaluations, 1000 - 64);
+  EXPECT_LE(other.asked, 64);
+}
+
+// A witness sees every answer, in pieces no larger than the objective takes.
+TEST(Search, AsksInPieces) {
+  class Pieces : public Bowl {
+   public:
+    Eigen::Index most_at_once() const override { return 7; }
+  } pieces;
+  Bowl bowl;
+  Search whole(bowl, unit_box(5), evaluations(500), 5),
+      search(pieces, unit_box(5), evaluations(500), 5);
+  std::size_t seen = 0;
+  search.set_witness([&] {
+    EXPECT_GT(search.record().size(), seen);
+    EXPECT_LE(search.record().size(), seen + 7);
+    seen = search.record().size();
+  });
+  BfoaPlus(whole, BfoaPlusOptions{}, 500).run();
+  BfoaPlus(search, BfoaPlusOptions{}, 500).run();
+  expect_same(search.result, whole.result);
+  EXPECT_EQ(search.record(), whole.record());
+  EXPECT_EQ(seen, whole.record().size());
+}
+
 TEST(Search, StopsAtNaN) {
   class Broken : public Objective {
    public:

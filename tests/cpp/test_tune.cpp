@@ -52,5 +52,23 @@ TEST(RunTuning, ChoosesWhatTheLateralChannelIsFed) {
   EXPECT_GT(by_speed.cost, found.cost);
 }
 
+// Asked to stop in one of its stages, it does not go on to the next.
+TEST(RunTuning, StopsWhenAsked) {
+  const Scenario scenario = Scenario::published();
+  TuningTask task;
+  task.scenarios = {&scenario};
+  task.structure = named_structure(StructureName::taps);
+  task.evaluations = 4000;
+  int whole = 0;
+  run_tuning(task, [&](const SearchResult&) { return ++whole > 0; });
+  for (const int last : {2, whole / 2, whole - 2}) {
+    int calls = 0;
+    const TuningResult found =
+        run_tuning(task, [&](const SearchResult&) { return ++calls < last; });
+    EXPECT_EQ(calls, last);
+    EXPECT_EQ(found.reason, StopReason::callback);
+  }
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -6,6 +6,7 @@ import random
 import signal
 import subprocess
 import sys
+import time
 
 import nfopidn
 import numpy as np
@@ -267,3 +268,107 @@ def test_a_directory_is_refused(rng, tmp_path):
 def test_an_unwritable_path_is_refused(name, tmp_path):
     with refused("checkpoint", name):
         search(checkpoint=tmp_path / name)
+
+
+def long_tuning(**arguments):
+    return nfopidn.tune(rng=3, maxfev=10**7, **arguments)
+
+
+def test_a_time_that_is_over_does_not_undo_what_was_found(path):
+    first = long_tuning(maxtime=0.6, checkpoint=path)
+    assert first.message == "The time is up."
+    record = json.loads(path.read_text())["record"]
+    again = long_tuning(maxtime=0.6, checkpoint=path)
+    assert again.nfev == first.nfev
+    assert again.fun == first.fun
+    assert json.loads(path.read_text())["record"] == record
+    longer = long_tuning(maxtime=1.2, checkpoint=path)
+    assert longer.nfev > first.nfev
+    assert longer.fun <= first.fun
+
+
+def test_ctrl_c_while_a_search_is_repeated_keeps_the_checkpoint(path):
+    """Handled at the first note of the repetition, long before its end."""
+    long_tuning(maxtime=0.6, checkpoint=path)
+    text = path.read_text()
+    before = signal.signal(signal.SIGINT, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    try:
+        interrupted = InterruptAtOnce()
+        with interrupted:
+            result = long_tuning(checkpoint=path)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert result.message == "The search was interrupted; this is the best so far."
+    assert path.read_text() == text
+
+
+class InterruptAtOnce:
+    """Raise SIGINT while the core, which hears it between two steps, is at work."""
+
+    def __enter__(self):
+        signal.setitimer(signal.ITIMER_REAL, 0.001)
+        self.before = signal.signal(signal.SIGALRM, lambda *_: os.kill(os.getpid(), signal.SIGINT))
+
+    def __exit__(self, *_):
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, self.before)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_a_slow_function_answers_is_saved_before_the_first_step(workers, path):
+    """An hour of 10 s calls is not lost: saved within the Latin hypercube's block."""
+    path.write_text("")
+    path.unlink()
+    slow = SlowAndFinite()
+    with pytest.raises(RuntimeError) as caught:
+        search(slow, checkpoint=path, workers=workers)
+    assert caught.value.best.nfev < 300
+    assert len(json.loads(path.read_text())["record"]) >= 20
+
+
+class SlowAndFinite:
+    """Takes long enough for a save to fall due, and fails late in the first block."""
+
+    def __init__(self):
+        self.calls = 0
+
+    def __call__(self, x):
+        self.calls += 1
+        until = time.perf_counter() + 0.015
+        while time.perf_counter() < until:
+            pass
+        if self.calls > 60:
+            raise RuntimeError("enough")
+        return bowl(x)
+
+
+def test_a_search_of_another_course_is_refused(path):
+    search(checkpoint=path)
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps(document | {"course": document["course"] + 1}))
+    with refused(str(path), "another course"):
+        search(checkpoint=path)
+
+
+def test_costs_that_are_not_the_objective_s_are_found_out(path):
+    nfopidn.tune(rng=1, maxfev=400, checkpoint=path)
+    document = json.loads(path.read_text())
+    document["record"][100] = 0.001
+    text = json.dumps(document)
+    path.write_text(text)
+    with refused(str(path), "0.001"):
+        nfopidn.tune(rng=1, maxfev=400, checkpoint=path)
+    assert path.read_text() == text
+
+
+def test_the_seed_of_a_later_stage_s_checkpoint_is_found(path):
+    arguments = {
+        "structure": "taps",
+        "maxfev": 3000,
+        "start": nfopidn.Controller.tuned_nominal(),
+    }
+    stopped = nfopidn.tune(**arguments, checkpoint=path, callback=stop_at(2))
+    assert not path.exists()  # it was stopped in the stage before the last
+    result = nfopidn.tune(**arguments, checkpoint=path)
+    assert result.seed == stopped.seed
+    same(result, nfopidn.tune(**arguments, rng=stopped.seed))

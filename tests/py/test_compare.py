@@ -1,5 +1,6 @@
 """compare(): what it measures, how it ranks, what it prints and writes."""
 
+import copy
 import csv
 import sys
 import threading
@@ -272,6 +273,26 @@ def test_figures_are_drawn(small):
     lines = {line.get_label(): line for line in ax.get_lines()}
     np.testing.assert_array_equal(lines["ours"].get_xdata(), runs["ours"].columns["x"])
     assert ax.get_aspect() == 1
+    ax = nfopidn.plot.distances(runs)
+    lines = {line.get_label(): line for line in ax.get_lines()}
+    columns = runs["ours"].columns
+    far = [np.hypot(x, y) for x, y in zip(columns["e_x"], columns["e_y"], strict=True)]
+    np.testing.assert_array_equal(lines["ours"].get_ydata(), far)
+    assert ax.get_yscale() == "log"
+
+
+def test_a_pair_that_diverges_is_marked_at_the_edge(small):
+    _, _, result = small
+    before = len(result.plot().get_lines())
+    edge = [line for line in result.plot().get_lines() if line.get_fillstyle() == "none"]
+    assert sum(len(line.get_xdata()) for line in edge) == 0
+    result = copy.deepcopy(result)
+    result.values["diverged"][0, 0] = 1.0
+    lines = result.plot().get_lines()
+    assert len(lines) == before
+    edge = [line for line in lines if line.get_fillstyle() == "none"]
+    assert sum(len(line.get_xdata()) for line in edge) == 1
+    assert edge[0].get_xdata()[0] == 1.0
 
 
 def command(tmp_path, monkeypatch, capsys, *words):

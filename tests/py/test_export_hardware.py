@@ -91,7 +91,7 @@ def test_the_table_is_the_scenarios_reference(lap, tmp_path):
     assert set(np.array(rows)[:, 6]) == {0.0, 1.0}
     header = (tmp_path / "eddie_reference.h").read_text()
     assert f"EDDIE_REFERENCE_COUNT {len(rows)}\n" in header
-    assert f"EDDIE_REFERENCE_LAP {len(rows) - 1} " in header
+    assert f"EDDIE_REFERENCE_LAP {len(rows)} " in header  # it looks the other way then
 
 
 def test_a_scenario_without_feedforward_has_none_in_its_table(tmp_path):
@@ -111,7 +111,19 @@ def test_an_open_path_says_so(tmp_path):
     nfopidn.export_c(Controller.published(), tmp_path, scenario=scenario, reference=True)
     header = (tmp_path / "nfopidn_reference.h").read_text()
     assert "NFOPIDN_REFERENCE_LAP 50 " in header
-    assert "open" in header
+    assert "not closed" in header
+
+
+@pytest.mark.parametrize(("laps", "closes"), [(1, False), (2, True)])
+def test_a_lap_ends_where_the_heading_is_the_first_again(laps, closes, tmp_path):
+    """Five half turns of three cusps: after one lap the robot looks the other way."""
+    path = nfopidn.Trajectory.ranunculoid(heading="continuous", laps=laps)
+    scenario = Scenario(path)
+    nfopidn.export_c(Controller.published(), tmp_path, scenario=scenario, reference=True)
+    header = (tmp_path / "nfopidn_reference.h").read_text()
+    count = len(scenario.reference)
+    assert f"NFOPIDN_REFERENCE_LAP {count - closes} " in header
+    assert ("not closed" in header) is not closes
 
 
 def test_without_a_scenario_the_robot_is_the_papers(tmp_path):

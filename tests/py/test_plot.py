@@ -118,7 +118,7 @@ def test_matplotlib_is_loaded_by_the_first_figure_only():
 def test_module_lists_its_functions_and_no_others():
     # Drawn in test_tune.py, test_compare.py, test_fractional.py and test_stability_plots.py.
     elsewhere = ["convergence", "discretisation", "basin", "multipliers", "operator_z_plane"]
-    elsewhere += ["comparison", "paths"]
+    elsewhere += ["comparison", "distances", "paths"]
     assert sorted(plot.__all__) == sorted([*ALL, *elsewhere])
     assert set(plot.__all__) <= set(dir(plot))
     for name in plot.__all__:

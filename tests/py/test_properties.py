@@ -87,7 +87,11 @@ def test_a_document_is_the_value(value, tmp_path):
 @examples(100)
 @given(st.one_of(robots, named_trajectories(), sampled_trajectories()))
 def test_a_pickle_is_the_value(value):
-    twin = pickle.loads(pickle.dumps(value))
+    for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+        assert_twin(value, pickle.loads(pickle.dumps(value, protocol)))
+
+
+def assert_twin(value, twin):
     assert twin == value
     assert hash(twin) == hash(value)
 

@@ -4,6 +4,9 @@ import contextlib
 import math
 import multiprocessing
 import signal
+import subprocess
+import sys
+import time
 
 import nfopidn
 import numpy as np
@@ -165,7 +168,7 @@ def test_bad_bounds_are_refused(make, bounds, parts):
         ({"rng": math.inf}, ["rng is inf", "whole number"]),
         ({"rng": True}, ["rng is True", "whole number"]),
         ({"rng": "seed"}, ["rng is seed", "whole number"]),
-        ({"workers": 0}, ["workers is 0", "at least 1"]),
+        ({"workers": 0}, ["workers is 0", "[1, 1024]"]),
         ({"workers": 1.5}, ["workers is 1.5", "whole number"]),
         ({"workers": True}, ["workers is True", "whole number"]),
     ],
@@ -674,3 +677,62 @@ def test_a_forager_has_the_arguments_of_bfoa():
 def test_a_forager_refuses_what_bfoa_refuses(arguments, words):
     with pytest.raises(ValueError, match=words):
         Forager(BOX, **arguments).ask()
+
+
+@pytest.mark.parametrize("workers", [1, map])
+def test_what_func_answered_before_it_raised_is_not_lost(workers):
+    calls = []
+
+    def func(x):
+        calls.append(x)
+        if len(calls) == 250:
+            raise RuntimeError("enough")
+        return float(((x - 0.3) ** 2).sum())
+
+    with pytest.raises(RuntimeError, match="enough") as caught:
+        nfopidn.bfoa(func, [(0, 1)] * 3, rng=1, workers=workers)
+    best = caught.value.best
+    assert best.nfev == 250
+    assert best.fun == min(((x - 0.3) ** 2).sum() for x in calls[:249])
+
+
+def test_time_is_looked_at_between_slow_evaluations():
+    def func(x):
+        until = time.perf_counter() + 0.01
+        while time.perf_counter() < until:
+            pass
+        return float((x**2).sum())
+
+    result = nfopidn.bfoa(func, [(-1, 1)] * 3, rng=1, maxtime=0.1)
+    assert result.message == "The time is up."
+    assert 1 <= result.nfev <= 11
+
+
+def test_what_a_signal_s_handler_raises_reaches_the_caller():
+    def handler(*_):
+        raise TimeoutError("too long")
+
+    before = signal.signal(signal.SIGALRM, handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    try:
+        with pytest.raises(TimeoutError, match="too long") as caught:
+            nfopidn.tune(rng=1, maxfev=10**7)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert caught.value.best.nfev > 0
+
+
+def test_an_unfinished_forager_does_not_bring_the_interpreter_down():
+    program = """
+import nfopidn
+for tells in range(3):
+    forager = nfopidn.Forager([(0, 1)] * 50, rng=1)
+    for _ in range(tells):
+        forager.tell(((forager.ask() - 0.3) ** 2).sum(1))
+raise SystemExit(7)
+"""
+    run = subprocess.run(
+        [sys.executable, "-c", program], check=False, capture_output=True, timeout=60
+    )
+    assert (run.returncode, run.stderr) == (7, b"")

@@ -10,7 +10,17 @@ import sys
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from nfopidn import Controller, Robot, Scenario, TuneResult, default_bounds, plot, simulate, tune
+from nfopidn import (
+    Controller,
+    Objective,
+    Robot,
+    Scenario,
+    TuneResult,
+    default_bounds,
+    plot,
+    simulate,
+    tune,
+)
 from numpy.testing import assert_array_equal
 from refusal import refused
 from results import same
@@ -325,7 +335,7 @@ def test_taps_may_be_frozen_and_tied():
         ({"risk": -0.1}, ["risk is -0.1", "[0, 1]"]),
         ({"risk": 1.1}, ["risk is 1.1", "[0, 1]"]),
         ({"risk": math.nan}, ["risk is nan", "[0, 1]"]),
-        ({"workers": 0}, ["workers is 0", "at least 1"]),
+        ({"workers": 0}, ["workers is 0", "[1, 1024]"]),
         ({"workers": 1.5}, ["workers is 1.5", "whole number"]),
         ({"workers": True}, ["workers is True", "whole number"]),
         ({"start": 3}, ["start", "Controller"]),
@@ -670,3 +680,107 @@ def test_the_convergence_is_drawn(draw):
     assert draw(result, ax=axes) is axes
     result.history["best"][-1] = -1
     assert draw(result).get_yscale() == "linear"
+
+
+def test_a_start_beyond_the_bounds_is_refused():
+    start = Controller.published(gains=[[5.0] * 3] * 3)
+    with refused("start has kp_x 5", "[0, 3]"):
+        tune(start=start, rng=1, maxfev=20)
+
+
+def test_printed_foraging_starts_from_a_known_point():
+    start = Controller.tuned_nominal()
+    known = tune(structure="incremental", method="bfoa", rng=1, maxfev=30, start=start)
+    assert known.fun <= simulate(controller=start).cost * (1 + 1e-9)
+
+
+def test_free_taps_stay_within_their_bounds():
+    structure = {"allocation": "decoupled", "lateral": "speed", "parameters": "taps"}
+    for given in ("taps", structure):
+        for maxfev in (1, 400):
+            result = tune(structure=given, rng=1, maxfev=maxfev, bounds=[(-0.5, 0.5)] * 21)
+            assert np.abs(result.x).max() <= 0.5
+            assert result.nfev == maxfev
+
+
+def test_a_callback_is_told_the_evaluations_of_all_stages():
+    seen = []
+    result = tune(structure="taps", rng=1, maxfev=1500, callback=lambda r: seen.append(r.nfev))
+    assert seen == sorted(seen)
+    assert 1000 < max(seen) <= result.nfev == 1500
+
+
+def test_a_time_limit_leaves_time_for_free_taps():
+    result = tune(structure="taps", rng=1, maxfev=10**7, maxtime=1.0)
+    assert result.controller.gains is None
+    assert result.fun < 0.0152
+    assert result.elapsed < 3.0
+
+
+def test_many_first_points_do_not_outlast_the_time():
+    result = tune(options={"first_points": 10**6}, maxfev=10**7, maxtime=0.2, rng=1)
+    assert result.message == "The time is up."
+    assert result.nfev < 10**6
+
+
+def test_an_objective_refuses_points_of_another_size():
+    objective = Objective()
+    for x in ([], [1.0], [0.5] * 20, 5.0, np.zeros((2, 11))):
+        for use in (objective, objective.gradient, objective.controller):
+            with refused("x has the shape", "must be (11,)"):
+                use(x)
+    with refused("points have the shape"):
+        objective.costs([0.5] * 11)
+    with refused("gains[0][0] is 9e+09"):
+        objective.controller([9e9] * 11)
+
+
+def test_a_structure_s_robot_is_written(tmp_path):
+    structure = {"law": "samson", "robot": Robot(mass=3)}
+    result = tune(structure=structure, rng=1, maxfev=50)
+    result.to_json(tmp_path / "r.json")
+    document = json.loads((tmp_path / "r.json").read_text())
+    assert document["structure"]["robot"]["mass"] == 3
+
+
+def test_a_result_without_a_finite_cost_is_json(tmp_path):
+    result = tune(rng=1, maxfev=3)
+    result["population_energies"][:] = np.inf
+    result.to_json(tmp_path / "r.json")
+    text = (tmp_path / "r.json").read_text()
+    assert "Infinity" not in text
+    assert np.isinf(TuneResult.from_json(tmp_path / "r.json").population_energies).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ({"maxfev": "100"}, "maxfev is 100"),
+        ({"maxfev": [50]}, "maxfev is [50]"),
+        ({"maxfev": np.True_}, "maxfev is True"),
+        ({"maxtime": "5"}, "maxtime is 5"),
+        ({"maxtime": True}, "maxtime is True"),
+        ({"stopval": "5"}, "stopval is 5"),
+        ({"risk": "1"}, "risk is 1"),
+        ({"risk": None}, "risk is None"),
+        ({"workers": np.nan}, "workers is nan"),
+        ({"workers": 2**31}, "workers is 2147483648; must be a whole number in [1, 1024]"),
+        ({"workers": None}, "workers is None"),
+        ({"bounds": "ab"}, "bounds are 'ab'"),
+        ({"bounds": {"kp_x": "03"}}, "bounds of kp_x are '03'"),
+        ({"frozen": 5}, "frozen is 5"),
+        ({"frozen": {"kp_x": "1"}}, "frozen: kp_x is 1"),
+        ({"tied": 5}, "tied is 5"),
+        ({"options": 5}, "options is 5"),
+        ({"options": {1: 2}}, "options: 1 is no name"),
+        ({"options": {"cells": "8"}}, "options: cells is 8"),
+        ({"structure": 5}, "structure is 5"),
+        ({"callback": 5}, "callback is 5"),
+        ({"checkpoint": 5}, "checkpoint is 5"),
+        ({"checkpoint": b"x"}, "checkpoint is b'x'"),
+        ({"checkpoint": "a\0b"}, "with a NUL"),
+    ],
+)
+def test_a_wrong_type_is_refused_by_name(arguments, part):
+    with refused(part):
+        tune(**({"rng": 1, "maxfev": 20} | arguments))

@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import stat
 import subprocess
 import sys
 
@@ -239,6 +240,10 @@ FAULTS = {
     "output directory": (["--output", "."], ["directory"]),
     "result": (["--result", "none/r.json"], ["none/r.json", "No such file"]),
     "plot": (["--plot", "none/p.png"], ["none/p.png", "No such file"]),
+    "one file twice": (
+        ["--result", "./controller.json"],
+        ["--result ./controller.json", "is the file of --output"],
+    ),
     "format of the plot": (["--plot", "search.xyz"], ["xyz"]),
 }
 
@@ -255,6 +260,24 @@ def test_the_command_refuses(words, parts, cli_tune, tmp_path):
     assert all(part in err for part in parts), err
     assert (tmp_path / "controller.json").read_text() == "precious"
     assert sorted(os.listdir(tmp_path)) == ["controller.json", "other", "start.json"]
+
+
+def test_a_refused_command_leaves_no_file(cli_tune, tmp_path):
+    code, _, _ = cli_tune("--structure", "bogus", "--output", "new.json", "--result", "r.json")
+    assert code == 2
+    assert not os.listdir(tmp_path)
+
+
+def test_links_are_followed_and_devices_written_to(cli_tune, tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "real.json").write_text("old")
+    (tmp_path / "link.json").symlink_to("there/real.json")
+    code, _, _ = cli_tune(*SHORT, "--result", "link.json", "--output", "/dev/null")
+    assert code == 0
+    assert (tmp_path / "link.json").is_symlink()
+    assert TuneResult.from_json(tmp_path / "there" / "real.json").nfev > 0
+    assert os.listdir(tmp_path / "there") == ["real.json"]
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
 
 
 @pytest.mark.parametrize(
@@ -354,6 +377,29 @@ def test_the_executable_refuses(words, parts, sim, tmp_path):
     assert run.stderr.count("\n") == 1
     assert all(part in run.stderr for part in parts), run.stderr
     assert not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("structure", "settings", "part"),
+    [
+        ("incremental", {}, 'form of start.json is "positional"; must be "incremental"'),
+        ("decoupled", {}, 'allocation of start.json is "paper"; must be "decoupled"'),
+        ("extended", {"allocation": "decoupled"}, 'lateral of start.json is "direction"'),
+        ("paper", None, "start.json has free taps"),
+    ],
+)
+def test_the_executable_refuses_a_start_of_another_structure(
+    structure, settings, part, sim, tmp_path
+):
+    start = Controller.published(**settings) if settings is not None else taps_of_tuned()
+    start.save(tmp_path / "start.json")
+    run = sim("--tune", "--structure", structure, "--controller", "start.json", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert part in run.stderr
+
+
+def taps_of_tuned():
+    return tune(structure="taps", rng=1, maxfev=20, start=Controller.tuned_nominal()).controller
 
 
 def test_parameters_are_printed_by_their_names(cli_tune):

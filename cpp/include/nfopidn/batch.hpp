@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -30,17 +31,28 @@ InstructionSet best_instruction_set() noexcept;
 // Null pointers for one that this build or this processor does not have.
 BatchKernels batch_kernels(InstructionSet set) noexcept;
 
-// Calls run(first, count) for equal shares of `whole`, each on a thread of its own.
+// Calls run(first, count) for equal shares of `whole`, each on a thread of its own; where no thread
+// is to be had, on this one. run() must not throw on another thread.
 template <class Run>
 void in_shares(int whole, int threads, Run&& run) {
-  const int share = threads > 1 ? (whole + threads - 1) / threads : whole;
-  std::vector<std::thread> helpers;
-  for (int first = share; first < whole; first += share) {
-    const int count = std::min(share, whole - first);
-    helpers.emplace_back([&run, first, count] { run(first, count); });
+  if (whole <= 0) return;
+  const int share = (whole - 1) / std::max(1, std::min(threads, whole)) + 1;
+  struct Joined : std::vector<std::thread> {
+    ~Joined() {
+      for (std::thread& helper : *this) helper.join();
+    }
+  } helpers;
+  helpers.reserve(static_cast<std::size_t>((whole - 1) / share));
+  int first = share;
+  try {
+    for (; first < whole; first += share) {
+      const int count = std::min(share, whole - first);
+      helpers.emplace_back([&run, first, count] { run(first, count); });
+    }
+  } catch (const std::system_error&) {
+    run(first, whole - first);
   }
   run(0, std::min(share, whole));
-  for (std::thread& helper : helpers) helper.join();
 }
 
 // One scenario and structure, many candidates. The costs are the same to the last bit on every

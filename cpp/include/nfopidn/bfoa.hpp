@@ -61,6 +61,7 @@ class Bfoa {
     cells_.resize(p, options_.cells);
     for (Eigen::Index i = 0; i < cells_.cols(); ++i)
       cells_.col(i) = random_point(search_.random, p);
+    if (search_.start.size() != 0) cells_.col(0) = search_.box().to_unit(search_.start);
     costs_ = search_.evaluate(cells_);
     for (int l = 0; l < options_.dispersals && !search_.done(); ++l) {
       for (int k = 0; k < options_.reproductions && !search_.done(); ++k) {

@@ -253,7 +253,8 @@ class BfoaPlus {
 
   // The best of a few anywhere.
   Point far_point() {
-    Points points(search_.dimension(), options_.restart_points);
+    const std::int64_t affordable = std::max<std::int64_t>(1, search_.left());
+    Points points(search_.dimension(), std::min<std::int64_t>(options_.restart_points, affordable));
     for (Eigen::Index k = 0; k < points.cols(); ++k) {
       points.col(k) = random_point(search_.random, search_.dimension());
     }

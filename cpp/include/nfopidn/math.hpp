@@ -1,6 +1,4 @@
-// L0. Everything in which one Scalar differs from another.
-//
-// The law and the plant call math<Scalar> and never mention lanes or scaling. The
+// L0. What differs between one Scalar and another: the law and the plant call math<Scalar>. The
 // elementary functions are the project's own polynomials, not libm's, so that a result does not
 // depend on the machine it was computed on.
 #pragma once

@@ -16,6 +16,10 @@
 
 namespace nfopidn {
 
+// Raised whenever a seed comes to lead a search elsewhere: a checkpoint's answers are to the
+// questions of its own course.
+constexpr int search_course = 1;
+
 using Points = Eigen::MatrixXd;  // a column a point
 using Point = Eigen::VectorXd;
 
@@ -27,6 +31,8 @@ class Objective {
   // Whether gradient() is there, and whether points evaluated in vain cost next to nothing.
   virtual bool has_gradient() const { return false; }
   virtual bool is_cheap() const { return false; }
+  // Points to be asked for at once, at most: what is asked for together is recorded together.
+  virtual Eigen::Index most_at_once() const { return std::numeric_limits<Eigen::Index>::max(); }
   // The cost, and its partial derivatives. Counts as 1 + dimension evaluations.
   virtual double gradient(const Point& /*point*/, double* /*slopes*/) { return 0; }
 };
@@ -144,6 +150,8 @@ class Search {
   void resume(std::vector<double> record) { replay_ = std::move(record); }
   bool is_replaying() const { return record_.size() < replay_.size(); }
   void set_callback(Callback callback) { callback_ = std::move(callback); }
+  // Called after each answer of the objective, once it is in the record.
+  void set_witness(std::function<void()> witness) { witness_ = std::move(witness); }
   // The objective's answers before now took this long [s], in an earlier process.
   void add_elapsed(double seconds) { earlier_ = seconds; }
 
@@ -165,9 +173,12 @@ class Search {
   }
   // The same into `costs`, which keeps its memory where the size is the same.
   void evaluate(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
-    look(unit, costs);
+    const Eigen::Index asked =
+        std::min<Eigen::Index>(unit.cols(), std::max<std::int64_t>(left(), 0));
+    const Eigen::Index answered = ask(unit, costs, asked, true);
     for (Eigen::Index j = 0; j < unit.cols(); ++j) {
-      if (!count(unit.col(j), costs(j))) {
+      if (j == answered) stop(answered < asked ? StopReason::time : StopReason::evaluations);
+      if (j == answered || !count(unit.col(j), costs(j))) {
         costs.tail(unit.cols() - j).setConstant(std::numeric_limits<double>::infinity());
         break;
       }
@@ -176,14 +187,7 @@ class Search {
 
   // Costs without counting: for points that may turn out not to be wanted. count() those that are.
   void look(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
-    costs.setConstant(unit.cols(), std::numeric_limits<double>::infinity());
-    if (check_limits()) return;
-    const Eigen::Index reached =
-        objective_.is_cheap() ? unit.cols() : std::min<Eigen::Index>(unit.cols(), left());
-    answer(costs.data(), static_cast<std::size_t>(reached), [&] {
-      box_.to_user(unit.leftCols(reached), asked_);
-      objective_.costs(asked_, costs.data());
-    });
+    ask(unit, costs, unit.cols(), false);
   }
 
   // Counts one evaluation. False, and nothing is counted, when the search is over.
@@ -240,11 +244,31 @@ class Search {
   bool check_limits() {
     if (left() <= 0) stop(StopReason::evaluations);
     // Whatever the time, there is a first point to show for it.
-    if (!done_ && result.evaluations > 0 && std::isfinite(limits_.seconds) &&
-        elapsed() >= limits_.seconds) {
-      stop(StopReason::time);
-    }
+    if (!done_ && result.evaluations > 0 && is_late()) stop(StopReason::time);
     return done_;
+  }
+
+  // Not before all is there again that an earlier process had.
+  bool is_late() const {
+    return std::isfinite(limits_.seconds) && !is_replaying() && elapsed() >= limits_.seconds;
+  }
+
+  // Costs of the first `wanted` of unit points, infinite for the others; in pieces of what the
+  // objective takes at once, and if `timed` for as long as there is time. Tells how many there are.
+  Eigen::Index ask(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs,
+                   Eigen::Index wanted, bool timed) {
+    costs.setConstant(unit.cols(), std::numeric_limits<double>::infinity());
+    if (check_limits()) return 0;
+    const Eigen::Index most = std::min(objective_.most_at_once(), wanted);
+    Eigen::Index first = 0;
+    for (; first < wanted && !(timed && first > 0 && is_late()); first += most) {
+      const Eigen::Index size = std::min(most, wanted - first);
+      answer(costs.data() + first, static_cast<std::size_t>(size), [&] {
+        box_.to_user(unit.middleCols(first, size), asked_);
+        objective_.costs(asked_, costs.data() + first);
+      });
+    }
+    return std::min(first, wanted);
   }
 
   // Fills `count` numbers from the record of an earlier process, or asks.
@@ -257,6 +281,7 @@ class Search {
       ask();
     }
     record_.insert(record_.end(), numbers, numbers + count);
+    if (witness_) witness_();
   }
 
   Objective& objective_;
@@ -265,6 +290,7 @@ class Search {
   std::chrono::steady_clock::time_point start_;
   double earlier_ = 0;
   Callback callback_;
+  std::function<void()> witness_;
   std::vector<double> record_;
   std::vector<double> replay_;
   Points asked_;  // the points before the objective, in its own units

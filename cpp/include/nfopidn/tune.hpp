@@ -46,6 +46,8 @@ class TuneObjective : public Objective {
 
   bool has_gradient() const override { return true; }
   bool is_cheap() const override { return true; }
+  // A moment's worth, so that a time limit is kept.
+  Eigen::Index most_at_once() const override { return 4096; }
 
   void costs(const Points& points, double* costs) override {
     const std::size_t size = tap_size();
@@ -156,9 +158,19 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
   task.evaluations = std::max<std::int64_t>(
       1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
   SearchResult found = run_stage(task, callback);
-  const std::vector<double> taps = parameters_of(
+  std::vector<double> taps = parameters_of(
       wanted, design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end())));
-  found.x = Eigen::Map<const Point>(taps.data(), static_cast<Eigen::Index>(taps.size()));
+  task.structure.parameters = wanted;
+  // Within what free taps are searched for: gains and orders may make larger ones.
+  const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    taps[i] = std::min(bounds[i].high, std::max(bounds[i].low, taps[i]));
+  }
+  const int size = static_cast<int>(taps.size());
+  TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(taps.size()), size,
+                          task.share, task.threads);
+  found.x = Eigen::Map<const Point>(taps.data(), size);
+  objective.costs(found.x, &found.cost);
   found.population = found.x;
   found.population_costs = Eigen::VectorXd::Constant(1, found.cost);
   return found;
@@ -186,12 +198,18 @@ inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback
   const bool goes_on =
       best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
   if (goes_on && task.structure.either_lateral) {
+    StopReason reason = best.reason;
     for (const Lateral lateral : free_tap_laterals) {
       TuningTask one = task;
       one.structure.settings.lateral = lateral;
       if (lateral == free_tap_laterals[0]) one.evaluations -= task.evaluations / 2;
-      if (one.evaluations > 0) keep(detail::run_stage(one, callback), one.structure);
+      if (one.evaluations <= 0) break;
+      const SearchResult stage = detail::run_stage(one, callback);
+      keep(stage, one.structure);
+      reason = stage.reason;
+      if (reason != StopReason::schedule && reason != StopReason::evaluations) break;
     }
+    best.reason = reason;
   } else if (goes_on) {
     keep(detail::run_stage(task, callback), task.structure);
   }

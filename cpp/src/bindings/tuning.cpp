@@ -20,11 +20,15 @@ using Clock = std::chrono::steady_clock;
 // kept, so that the caller can be given the best so far with it.
 class FunctionObjective : public Objective {
  public:
-  explicit FunctionObjective(py::function function) : function_(std::move(function)) {}
+  FunctionObjective(py::function function, Eigen::Index most)
+      : function_(std::move(function)), most_(most) {}
+
+  Eigen::Index most_at_once() const override { return most_; }
 
   void costs(const Points& points, double* costs) override {
     const py::gil_scoped_acquire acquire;
     std::fill(costs, costs + points.cols(), std::numeric_limits<double>::quiet_NaN());
+    if (!raised.is_none()) return;
     try {
       const RowPoints rows = points.transpose();
       const auto reply =
@@ -37,6 +41,7 @@ class FunctionObjective : public Objective {
       std::copy(reply.data(), reply.data() + reply.size(), costs);
     } catch (py::error_already_set& error) {
       raised = error.value();
+      keep_answers(costs, points.cols());
     } catch (const py::cast_error&) {
       raised = py::module_::import("builtins").attr("ValueError")("func must return numbers");
     } catch (const py::builtin_exception& error) {
@@ -47,7 +52,18 @@ class FunctionObjective : public Objective {
   py::object raised = py::none();
 
  private:
+  // Of the points before the one that raised.
+  void keep_answers(double* costs, Eigen::Index count) const {
+    const py::object answered = py::getattr(raised, "answered", py::none());
+    if (!py::isinstance<py::list>(answered)) return;
+    for (const auto& answer : answered.cast<py::list>()) {
+      if (count-- <= 0 || !py::isinstance<py::float_>(answer)) return;
+      *costs++ = answer.cast<double>();
+    }
+  }
+
   py::function function_;
+  Eigen::Index most_;
 };
 
 const char* const reasons[] = {"schedule", "evaluations", "time",
@@ -130,11 +146,13 @@ class Checkpoint {
       : path_(request.checkpoint), problem_(request.problem) {}
 
   void save_if_due(const Search& search) {
-    if (path_.empty() || search.is_replaying() || Clock::now() < next_) return;
+    if (path_.empty() || Clock::now() < next_) return;
     save(search);
   }
+  // Not while an earlier process's answers are still being repeated: the file has more. Nor what no
+  // search can go on from.
   void save(const Search& search) {
-    if (path_.empty()) return;
+    if (path_.empty() || search.is_replaying() || is_spoilt(search.record())) return;
     const Clock::time_point begin = Clock::now();
     const Outcome saved = save_checkpoint(path_, problem_, search);
     if (!saved) fault = saved;
@@ -146,10 +164,34 @@ class Checkpoint {
   Outcome fault;
 
  private:
+  bool is_spoilt(const std::vector<double>& record) {
+    const auto is_nan = [](double answer) { return std::isnan(answer); };
+    spoilt_ = spoilt_ || std::any_of(record.begin() + seen_, record.end(), is_nan);
+    seen_ = static_cast<std::ptrdiff_t>(record.size());
+    return spoilt_;
+  }
+
   std::string path_;
   Json problem_;
+  std::ptrdiff_t seen_ = 0;  // answers looked at
+  bool spoilt_ = false;
   Clock::time_point next_ = Clock::now() + std::chrono::milliseconds(500);
 };
+
+// A checkpoint's costs must be the objective's: of another version of the library they are not, and
+// the seed would have led elsewhere. Gradients and lanes round otherwise, which changes the costs
+// of controllers that hardly track.
+void check_resumed(Objective& objective, const Request& request, const SearchResult& found) {
+  constexpr double tracking = 0.1;
+  if (!objective.is_cheap() || found.x.size() == 0 || !(found.cost < tracking)) return;
+  double cost = 0;
+  objective.costs(found.x, &cost);
+  if (std::fabs(cost - found.cost) <= 1e-6 * std::fabs(cost)) return;
+  raise("checkpoint",
+        {Status::inconsistent, request.checkpoint + ": holds costs that are not this search's (" +
+                                   number_text(found.cost) + " where it is " + number_text(cost) +
+                                   "); give another path, or remove it"});
+}
 
 // Runs the search without the GIL; the callback and Ctrl-C are looked after between steps.
 py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& bend) {
@@ -158,15 +200,19 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
   Checkpoint checkpoint(request);
   if (!request.checkpoint.empty()) {
     check("checkpoint", load_checkpoint(request.checkpoint, request.problem, search));
+    check("checkpoint", OutputFile().open(request.checkpoint));  // whether it can be written
+    search.set_witness([&] { checkpoint.save_if_due(search); });
   }
+  const bool resumes = search.is_replaying();
   bool interrupted = false;
+  py::object signalled = py::none();  // what a signal's handler raised
   search.set_callback([&](const SearchResult& so_far) {
-    checkpoint.save_if_due(search);
     if (!checkpoint.fault) return false;
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) {
-      PyErr_Clear();
       interrupted = true;
+      const py::error_already_set error;
+      if (!error.matches(PyExc_KeyboardInterrupt)) signalled = error.value();
       return false;
     }
     if (request.callback.is_none() || search.is_replaying()) return true;
@@ -183,19 +229,20 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     const py::gil_scoped_release release;
     BfoaPlus(search, options, request.limits.evaluations).run();
   }
-  const bool failed = search.result.reason == StopReason::not_a_number;
-  if (checkpoint.fault.status == Status::ok && !failed) checkpoint.save(search);
+  if (resumes) check_resumed(objective, request, search.result);
+  if (checkpoint.fault.status == Status::ok) checkpoint.save(search);
   py::dict result = to_dict(
       search, interrupted ? "interrupted" : reasons[static_cast<int>(search.result.reason)]);
   result["checkpoint_fault"] = checkpoint.fault.message;
+  result["raised"] = signalled;
   return result;
 }
 
 py::dict search_function(const py::function& function, const py::dict& given) {
   const Request request(given);
-  FunctionObjective objective(function);
+  FunctionObjective objective(function, given["most_at_once"].cast<Eigen::Index>());
   py::dict result = run_search(objective, request, Eigen::VectorXd::Ones(request.low.size()));
-  result["raised"] = objective.raised;
+  if (!objective.raised.is_none()) result["raised"] = objective.raised;
   return result;
 }
 
@@ -306,6 +353,11 @@ PyController design(const PyController& controller, const std::string& parameter
                     const std::vector<int>& source, const std::vector<double>& fixed,
                     const std::vector<double>& x) {
   const FreeParameters free = {source, fixed};
+  const int size = source.empty() ? 0 : *std::max_element(source.begin(), source.end()) + 1;
+  if (static_cast<int>(x.size()) != size) {
+    throw py::value_error("x has " + std::to_string(x.size()) + " numbers; must have " +
+                          std::to_string(size));
+  }
   return PyController(design_of(structure_of(controller, parameters), free.full(x.data())));
 }
 

@@ -19,9 +19,19 @@ def _rows_of(scenario: Scenario) -> Rows:
 
 
 def _lap_of(rows: Rows) -> int:
-    """Count a lap: of a closed path, whose last sample is the first again, one less."""
+    """Count a lap: of a closed path, whose last sample is the first again, one less.
+
+    A path that comes back to its first place looking elsewhere is not closed: the robot would be
+    told to jump. Such a path closes after two laps.
+    """
     size = float(np.ptp(rows[:, :2], axis=0).max())
-    closed = bool(np.hypot(*(rows[-1, :2] - rows[0, :2])) <= 1e-5 * size)
+    first, last = rows[0], rows[-1]
+    there = np.hypot(*(last[:2] - first[:2])) <= 1e-5 * size
+    # Headings of sampled paths are one-sided differences at the ends, and differ by a step's turn.
+    step = float(np.abs(np.diff(rows[:, 2])).max(initial=0.0))
+    between = np.remainder(last[2] - first[2] + np.pi, 2 * np.pi) - np.pi
+    same_heading = abs(between) <= min(max(2 * step, 1e-3), np.pi / 2)
+    closed = bool(there and same_heading)
     return len(rows) - 1 if closed else len(rows)
 
 
@@ -44,7 +54,7 @@ def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
         "sample_time": f"{scenario.trajectory.dt:g}",
         "count": str(len(rows)),
         "lap": str(lap),
-        "lap_note": "" if lap < len(rows) else "; but the path is open",
+        "lap_note": "" if lap < len(rows) else "; but it is not closed",
         "rows": _lines(rows, (0, 1, 2, 3, 5, 6), ("0", "1")),
     }
     return {

@@ -24,6 +24,7 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `convergence`              a search: the best cost against evaluations
 `comparison`               controllers on scenarios: a metric of each
 `paths`                    driven paths of several controllers
+`distances`                how far they are from the reference
 `overview`                 a run on one page
 ========================== ========================================================
 """
@@ -32,7 +33,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nfopidn.plot.comparisons import comparison, paths
+    from nfopidn.plot.comparisons import comparison, distances, paths
     from nfopidn.plot.filters import weights, z_plane
     from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
@@ -61,6 +62,7 @@ __all__ = [
     "controller_schematic",
     "convergence",
     "discretisation",
+    "distances",
     "errors",
     "feedback_torque",
     "feedforward_torque",

@@ -27,8 +27,8 @@ def stroke(place: int) -> dict[str, Any]:
 def comparison(result: Comparison, metric: str = "cost", ax: Axes | None = None) -> Axes:
     """Draw the medians of a metric, a row a controller and a mark a scenario.
 
-    The bars reach from the lower to the upper quartile of the runs. A median of a pair that
-    diverges is drawn at the edge.
+    The bars reach from the lower to the upper quartile of the runs. A pair of which half the runs
+    or more diverge has no median: an open mark at the right edge says so.
 
     Parameters
     ----------
@@ -59,6 +59,17 @@ def comparison(result: Comparison, metric: str = "cost", ax: Axes | None = None)
             elinewidth=0.9,
             label=scenario,
         )
+        ax.plot(
+            np.ones(np.count_nonzero(~shown)),
+            y[~shown],
+            marker=markers[j % len(markers)],
+            markersize=4.5,
+            linestyle="none",
+            color=_COLOURS[j % len(_COLOURS)],
+            fillstyle="none",
+            clip_on=False,
+            transform=ax.get_yaxis_transform(),
+        )
     ax.set_yticks(np.arange(count), [result.controllers[i] for i in order])
     positive = values[np.isfinite(values)]
     ax.set_xscale("log" if len(positive) and positive.min() > 0 else "linear")
@@ -86,5 +97,25 @@ def paths(runs: Mapping[str, SimulationResult], ax: Axes | None = None) -> Axes:
         ax.plot(run.columns["x"], run.columns["y"], label=name, zorder=3, **stroke(place))
     style.finish(ax, "x [m]", "y [m]")
     ax.set_aspect("equal")
+    style.legend_above(ax, ncols=3)
+    return ax
+
+
+def distances(runs: Mapping[str, SimulationResult], ax: Axes | None = None) -> Axes:
+    """Draw how far from the reference several controllers are on one scenario, against time.
+
+    Parameters
+    ----------
+    runs
+        by name; of those that diverge the part until then
+    ax
+        where; None: a new figure
+    """
+    ax = style.new_axes(ax, (6.4, 3.8))
+    for place, (name, run) in enumerate(runs.items()):
+        distance = np.hypot(run.columns["e_x"], run.columns["e_y"])
+        ax.plot(run.columns["t"], distance, label=name, zorder=3, **stroke(place))
+    ax.set_yscale("log")
+    style.finish(ax, "time [s]", "distance from the reference [m]")
     style.legend_above(ax, ncols=3)
     return ax

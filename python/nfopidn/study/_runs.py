@@ -92,8 +92,15 @@ def run_figures(cases: Cases, folder: Folder) -> None:
         figure = _beside(runs, getattr(plot, name), rows, height)
         folder.figure(f"fig{number:02}_{name}", f"Fig. {number}: {what}", figure)
         if name == "orientation":
-            only = Figure(figsize=(6.4, 3.0), layout="constrained")
-            plot.feedforward_torque(runs["published"], ax=only.subplots())
+            only = Figure(figsize=(9.6, 3.0), layout="constrained")
+            # Three samples a cusp, and between them a hundredth of that: panels of their own.
+            whole, arcs, cusp = only.subplots(1, 3)
+            for ax in (whole, arcs, cusp):
+                plot.feedforward_torque(runs["published"], ax=ax)
+            arcs.set_ylim(-0.03, 0.03)
+            cusp.set_xlim(48.5, 51.5)
+            for ax in (arcs, cusp):
+                ax.set_ylabel("")
             title = "Fig. 7: feedforward torques, the same for all gains"
             folder.figure("fig07_feedforward_torque", title, only)
     for name, run in runs.items():

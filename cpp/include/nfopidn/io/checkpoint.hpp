@@ -14,7 +14,6 @@ namespace checkpoint {
 // JSON has no infinity.
 inline Json number(double value) {
   if (std::isfinite(value)) return value;
-  if (std::isnan(value)) return "nan";
   return value > 0 ? "inf" : "-inf";
 }
 
@@ -27,16 +26,16 @@ inline bool read_number(const Json& value, double& result) {
     result = (value == "inf" ? 1 : -1) * std::numeric_limits<double>::infinity();
     return true;
   }
-  result = std::numeric_limits<double>::quiet_NaN();
-  return value == "nan";
+  return false;
 }
 
 }  // namespace checkpoint
 
-// `problem` describes everything that the search's course depends on.
+// The record holds no NaN. `problem` describes everything that the search's course depends on.
 inline Outcome save_checkpoint(const std::string& path, const Json& problem, const Search& search) {
   Json document = {{"format", checkpoint_format},
                    {"version", document_version},
+                   {"course", search_course},
                    {"problem", problem},
                    {"elapsed", search.elapsed()}};
   Json record = Json::array();
@@ -48,6 +47,11 @@ inline Outcome save_checkpoint(const std::string& path, const Json& problem, con
 // A file that is not there is a search that has not begun.
 inline Outcome load_checkpoint(const std::string& path, const Json& problem, Search& search) {
   if (!file_exists(path)) return {};
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored) &&
+      !std::filesystem::is_directory(path, ignored)) {
+    return {Status::not_a_choice, path + ": must be a file, not a device or a pipe"};
+  }
   const auto reader = [&problem](const Json& document, Search& result) -> Outcome {
     if (Outcome outcome = json::check_header(document, checkpoint_format); !outcome) {
       return outcome;
@@ -56,6 +60,11 @@ inline Outcome load_checkpoint(const std::string& path, const Json& problem, Sea
     if (!has("problem") || !has("elapsed") || !has("record") || !document["elapsed"].is_number() ||
         !document["record"].is_array()) {
       return {Status::not_a_choice, "problem, elapsed and record must be there"};
+    }
+    if (!has("course") || document["course"] != search_course) {
+      return {Status::inconsistent,
+              "was written by a version of nfopidn whose searches take another course; give "
+              "another path, or remove it"};
     }
     if (document["problem"] != problem) {
       return {Status::inconsistent,

@@ -88,8 +88,12 @@ inline Json write_trajectory(const Trajectory& trajectory) {
   const TrajectorySettings& s = trajectory.settings;
   if (s.name != Curve::samples) return write_settings(s);
   const Eigen::Index lap = (trajectory.size() - 1) / s.laps + 1;
+  // The first lap, but for its end: the ends may lie a little apart, and each lap but the last ends
+  // where it began.
   const auto list = [&](const Eigen::ArrayXd& array) {
-    return Json(std::vector<double>(array.data(), array.data() + lap));
+    std::vector<double> one(array.data(), array.data() + lap);
+    one.back() = array(array.size() - 1);
+    return Json(std::move(one));
   };
   return {{"name", "samples"},
           {"dt", s.dt},
