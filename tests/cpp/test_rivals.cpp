@@ -289,5 +289,17 @@ TEST(RivalObjective, IsTheCostOfTheRunOnAnyNumberOfThreads) {
   EXPECT_NEAR(alone[3], mean, 1e-12 * mean);
 }
 
+// Fast references have a coarser table, up to their peak all the same.
+TEST(LqrGains, ReachThePeakSpeed) {
+  const LqrTolerances tolerances;
+  for (const double peak : {0.335, 9.99, 40.0, 1e3, 1e9}) {
+    const Lqr<double> law(tolerances, {Robot<double>::eddie(), 0.2, peak});
+    const LqrGains exact = lqr_gains(tolerances, peak, 0.2);
+    EXPECT_NEAR(law.gains(peak).k_y, exact.k_y, 1e-3 * exact.k_y) << peak;
+    EXPECT_NEAR(law.gains(-peak).k_y, -exact.k_y, 1e-3 * exact.k_y) << peak;
+    EXPECT_EQ(law.gains(2 * peak).k_x, law.gains(3 * peak).k_x) << peak;
+  }
+}
+
 }  // namespace
 }  // namespace nfopidn::rivals

@@ -86,20 +86,21 @@ class Lqr {
   using Scalar = Number;
   using Settings = LqrTolerances;
   static constexpr const char* name = "lqr";
-  static constexpr double spacing = 0.01;  // of the table [m/s]
-  static constexpr int longest = 1000;     // table
+  static constexpr double finest = 0.01;  // spacing of the table [m/s]
+  static constexpr int longest = 1000;    // table
 
   Lqr(const Settings& settings, const Model<Scalar>& model) {
     const double peak = static_cast<double>(model.peak_speed);
-    const int count = std::min(longest, static_cast<int>(std::ceil(peak / spacing)) + 1);
+    spacing_ = std::max(finest, peak / (longest - 1));
+    const int count = static_cast<int>(std::ceil(peak / spacing_)) + 1;
     for (int i = 0; i <= count; ++i) {
-      table_.push_back(lqr_gains(settings, i * spacing, static_cast<double>(model.dt)));
+      table_.push_back(lqr_gains(settings, i * spacing_, static_cast<double>(model.dt)));
     }
   }
 
   // Between two speeds of the table in proportion; for one in reverse the lateral gain turns round.
   LqrGains gains(double v) const noexcept {
-    const double place = std::fabs(v) / spacing;
+    const double place = std::fabs(v) / spacing_;
     const auto last = table_.size() - 2;
     const std::size_t below =
         place < static_cast<double>(last) ? static_cast<std::size_t>(place) : last;
@@ -118,6 +119,7 @@ class Lqr {
   }
 
  private:
+  double spacing_ = finest;
   std::vector<LqrGains> table_;
 };
 
