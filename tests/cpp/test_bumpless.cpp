@@ -163,5 +163,25 @@ TYPED_TEST(BumplessLaw, StopsAtOnceUnderAGuard) {
   EXPECT_TRUE(same_bits(restarted, rig.plain.step(m, r)));
 }
 
+// A torque that is no number would otherwise go to the wheels with its share of the glide.
+TYPED_TEST(BumplessLaw, GlidesFromNoneWhereTheLastIsNoNumber) {
+  constexpr TypeParam nan = std::numeric_limits<TypeParam>::quiet_NaN();
+  constexpr TypeParam infinite = std::numeric_limits<TypeParam>::infinity();
+  for (const TorquePair<TypeParam>& last : {TorquePair<TypeParam>{nan, 1}, {1, -infinite}}) {
+    Rig<TypeParam> rig, other;
+    Bumpless<decltype(rig.law), TypeParam> smooth(rig.law, this->limit);
+    Bumpless<decltype(rig.law), TypeParam> from_none(other.law, this->limit);
+    smooth.begin_from(last, 3);
+    from_none.begin_from({0, 0}, 3);
+    for (int k = 0; k < 5; ++k) {
+      const auto m = rig.measured();
+      const auto r = rig.reference();
+      const auto torque = smooth.step(m, r);
+      ASSERT_TRUE(std::isfinite(torque.left) && std::isfinite(torque.right)) << k;
+      ASSERT_TRUE(same_bits(torque, from_none.step(m, r))) << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -91,5 +91,17 @@ TYPED_TEST(Velocities, BecomeWheelSpeedsOfARealRobot) {
   EXPECT_TRUE(near(moved.theta, seconds, 4 * unit<TypeParam>));
 }
 
+TYPED_TEST(Velocities, ATorqueThatIsNoNumberChangesNothing) {
+  constexpr TypeParam nan = std::numeric_limits<TypeParam>::quiet_NaN();
+  VelocityOutput<TypeParam> output(Robot<TypeParam>::eddie(), this->dt);
+  const auto before = output.step({1, TypeParam(0.5)});
+  for (const TorquePair<TypeParam>& torque : {TorquePair<TypeParam>{nan, 1}, {1, nan}}) {
+    const auto after = output.step(torque);
+    ASSERT_EQ(after.v, before.v);
+    ASSERT_EQ(after.omega, before.omega);
+  }
+  EXPECT_GT(output.step({1, TypeParam(0.5)}).v, before.v);
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -89,7 +89,8 @@ void disturb(Guarded<Smooth, float>& guarded, Smooth& smooth, eddie_guarded& sta
       break;
     case 2:
     case 3: {
-      const eddie_torques last = {draw(5), draw(5)};
+      const eddie_torques last = {chance(90) ? draw(5) : bad_number(),
+                                  chance(90) ? draw(5) : bad_number()};
       const int samples = static_cast<int>(engine() % 8) - 1;
       smooth.begin_from({last.left, last.right}, samples);
       eddie_begin_glide(&state, &last, samples);
@@ -181,7 +182,8 @@ void compare_velocities() {
   eddie_velocity_output theirs;
   eddie_velocity_init(&theirs, &limits);
   for (int k = 0; k < 5000; ++k) {
-    const eddie_torques torques = {draw(3), draw(3)};
+    const eddie_torques torques = {chance(95) ? draw(3) : bad_number(),
+                                   chance(95) ? draw(3) : bad_number()};
     if (k % 17 == 0) {
       const eddie_velocity measured = {chance(80) ? draw(2) : bad_number(),
                                        chance(80) ? draw(4) : bad_number()};

@@ -32,9 +32,11 @@ class Bumpless {
   // between a change of gains (Controller::configure, set_taps) or of the reference and the step.
   constexpr void begin(int samples) noexcept { begin_from(last_, samples); }
 
-  // The same after torques of somebody else: another controller, or a hand on the joystick.
+  // The same after torques of somebody else: another controller, or a hand on the joystick. Ones
+  // that are no numbers count as none.
   constexpr void begin_from(const TorquePair<Scalar>& torque, int samples) noexcept {
-    last_ = torque;
+    using M = math<Scalar>;
+    last_ = M::is_finite(torque.left) && M::is_finite(torque.right) ? torque : none();
     remaining_ = samples > 0 ? samples : 0;
     beginning_ = remaining_ > 0;
   }

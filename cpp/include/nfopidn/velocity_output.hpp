@@ -37,7 +37,8 @@ class VelocityOutput {
         limits_{limits.v, limits.omega, dt * limits.acceleration,
                 dt * limits.angular_acceleration} {}
 
-  // Torques in the paper's sign, as the controller gives them.
+  // Torques in the paper's sign, as the controller gives them. Ones that are no numbers change
+  // nothing.
   constexpr Velocity<Scalar> step(const TorquePair<Scalar>& torque) noexcept {
     velocity_ = {
         next(velocity_.v, (torque.left + torque.right) * drive_, limits_.v, limits_.acceleration),
@@ -58,7 +59,8 @@ class VelocityOutput {
 
  private:
   static constexpr Scalar next(Scalar last, Scalar change, Base limit, Base step) noexcept {
-    return clipped(clipped(last + change, -limit, limit), last - step, last + step);
+    const Scalar wanted = change == change ? last + change : last;
+    return clipped(clipped(wanted, -limit, limit), last - step, last + step);
   }
   static constexpr Scalar clipped(Scalar value, Scalar low, Scalar high) noexcept {
     return math<Scalar>::minimum(math<Scalar>::maximum(value, low), high);
