@@ -57,8 +57,15 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
     if constexpr (std::is_same_v<Value, bool>) {
       // Of two opposites the last one counts: they act in the order of the command line.
       const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
-        app.add_flag_callback(
-               "--" + flag, [&words, key, word] { words[key] = word; }, what)
+        app.add_flag_function(
+               "--" + flag,
+               [&words, key, word, flag](std::int64_t times) {
+                 if (times < 1) {  // --flag=false, and other numbers
+                   throw CLI::ValidationError("--" + flag, "takes no value");
+                 }
+                 words[key] = word;
+               },
+               what)
             ->group(group)
             ->trigger_on_parse();
       };
@@ -328,6 +335,18 @@ Outcome print(const std::string& text) {
   return {};
 }
 
+// Whether two names stand for one file, there already or not.
+bool same_place(const std::string& one, const std::string& other) {
+  if (one.empty() || other.empty()) return false;
+  std::error_code ignored;
+  const auto place = [&](const std::string& name) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(name, ignored), ignored);
+  };
+  const auto status = std::filesystem::status(one, ignored);
+  const bool special = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+  return !special && place(one) == place(other);
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
@@ -343,7 +362,9 @@ int run(const Arguments& arguments) {
     if (path->empty()) continue;
     for (const auto& [other, other_file] : files) {
       if (file == other_file) break;
-      if (*path == *other) return fail({Status::inconsistent, *path + " is named for two files"});
+      if (same_place(*path, *other)) {
+        return fail({Status::inconsistent, *path + " is named for two files"});
+      }
     }
     if (Outcome outcome = file->open(*path); !outcome) return fail(outcome);
   }

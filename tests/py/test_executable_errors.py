@@ -53,6 +53,9 @@ FAULTS = {
     "a directory": (["--save-scenario", "."], [".", "directory"]),
     "full disk": (["--out", "/dev/full"], ["/dev/full", "No space left"]),
     "one name for two files": (["--out", "same", "--save-scenario", "same"], ["same"]),
+    "two names for one file": (["--out", "same", "--save-scenario", "./same"], ["two files"]),
+    "a value for a flag": (["--feedforward=false"], ["--feedforward", "takes no value"]),
+    "a number for a flag": (["--no-feedforward=0"], ["--no-feedforward", "takes no value"]),
 }
 
 
