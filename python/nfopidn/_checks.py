@@ -30,9 +30,10 @@ def no_rival(controller: Any) -> Controller:
     Raises
     ------
     ValueError
-        A rival, which has neither taps nor orders.
+        A rival, which has neither taps nor orders, or no controller at all.
     """
     if isinstance(controller, Rival):
         raise ValueError(f"controller is the rival {controller.law!r}; must be a Controller")
-    given: Controller = controller
-    return given
+    if not isinstance(controller, Controller):
+        raise ValueError(f"controller is {controller!r}; must be a Controller")
+    return controller

@@ -9,8 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nfopidn._core import Controller, Rival
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def load_controller(path: str) -> Controller | Rival:
@@ -41,7 +45,7 @@ def check_picture(path: str | None) -> None:
 
 def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ()) -> None:
     """Refuse names that cannot be written, and one name given twice; by option, before any work."""
-    taken = {Path(name).resolve(): "the input" for name in inputs}
+    taken = {Path(name).resolve(): "the input" for name in inputs if Path(name).is_file()}
     for option, name in outputs.items():
         if name is None:
             continue
@@ -79,3 +83,9 @@ def replace_file(path: str | PathLike[str], text: str) -> None:
     """Write a file whole or not at all."""
     with draft_of(path) as draft:
         draft.write_text(text, encoding="utf-8")
+
+
+def save_picture(figure: Figure, path: str) -> None:
+    """Save a figure whole or not at all, in the format that the name's end asks for."""
+    with draft_of(path) as draft:
+        figure.savefig(draft, format=Path(path).suffix[1:].lower())

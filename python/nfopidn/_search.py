@@ -473,6 +473,7 @@ class Forager:
                 self.result = bfoa(self._evaluate, bounds, vectorized=True, **arguments)
             except _ClosedError as closed:
                 self.result = closed.best
+                self.result["message"] = "The search was closed; this is the best so far."
             except BaseException as error:
                 self._error = error
             self._points.put(None)

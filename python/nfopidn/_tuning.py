@@ -79,8 +79,8 @@ class TuneResult(OptimizeResult):
                 )
             for key in ("fun", "nfev", "parameters", "seed", "message"):
                 fields[key]
-            fields["fun"] = float(fields["fun"])
-            fields["nfev"] = int(fields["nfev"])
+            fields["fun"] = _number_in(fields, "fun")
+            fields["nfev"] = int(_number_in(fields, "nfev"))
             for key in ("x", "population", "population_energies"):
                 fields[key] = np.array(fields[key], dtype=float)
             shape = (len(fields["population_energies"]), len(fields["x"]))
@@ -96,6 +96,13 @@ class TuneResult(OptimizeResult):
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
+
+
+def _number_in(fields: Mapping[str, Any], key: str) -> float:
+    try:
+        return float(fields[key])
+    except (TypeError, ValueError):
+        raise ValueError(f"{key} must be a number") from None
 
 
 def _plain(value: Any) -> Any:
@@ -181,6 +188,8 @@ class Objective:
         point = np.array(x, dtype=float)
         if point.shape != (self._size,):
             raise ValueError(f"x has the shape {point.shape}; must be ({self._size},)")
+        if not np.isfinite(point).all():
+            raise ValueError(f"x is {point}; must be finite")
         return point
 
     def parameters_of(self, controller: Controller) -> Array:

@@ -10,7 +10,7 @@ from typing import Any
 
 import nfopidn
 from nfopidn._compare.command import add_compare
-from nfopidn._files import check_outputs, check_picture, load_controller
+from nfopidn._files import check_outputs, check_picture, load_controller, save_picture
 from nfopidn._interrupt import EXIT_INTERRUPTED
 from nfopidn._report.command import add_report
 from nfopidn.study._command import add_study
@@ -77,7 +77,7 @@ def _tune(arguments: argparse.Namespace) -> int:
     if arguments.result:
         result.to_json(arguments.result)
     if arguments.plot:
-        result.plot().figure.savefig(arguments.plot)
+        save_picture(result.plot().figure, arguments.plot)
     if not arguments.quiet:
         print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
         print(f"seed {result.seed}. {result.message}")

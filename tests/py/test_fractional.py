@@ -94,7 +94,7 @@ def test_prewarping_makes_the_magnitude_exact_there():
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("order", [0.5, -1.5, 1])
+@pytest.mark.parametrize("order", [0.5, -1.5, 1, 0])
 def test_conversions_have_the_same_response(method, order):
     model = discretise(order, DT, method, memory=30, sections=5)
     omega = np.array([0.5, 3.0, 20.0])
@@ -367,6 +367,7 @@ def test_continuous_gains_by_other_rules(dt, prewarp, generator):
         ((np.eye(3), 0.5, 0.5, 0.2, 16.0), "prewarp is 16"),
         ((np.eye(2), 0.5, 0.5, 0.2), "gains"),
         ((np.eye(3), 3.0, 0.5, 0.2), "alpha"),
+        ((np.full((3, 3), 1000.0), 1.0, 1.0, 1e-3), "gains.* is 19999.*must be in"),
     ],
 )
 def test_bad_continuous_gains_are_named(arguments, message):

@@ -72,6 +72,17 @@ def test_the_operators_series_is_that_of_its_generating_function(order):
     np.testing.assert_allclose(np.poly(plane.zeros), np.array(expected, dtype=float), atol=1e-9)
 
 
+def test_a_memory_beyond_the_matrices_is_refused():
+    for memory in (1025, 100_000, "inf"):
+        controller = Controller.published(memory=memory)
+        for use in (stability.controller, stability.margins):
+            with refused("controller has memory", "[0, 1024] samples"):
+                use(controller)
+    for use in (stability.controller, stability.margins):
+        with refused("controller is 'a'", "must be a Controller"):
+            use("a")
+
+
 def test_arguments_out_of_range_are_refused():
     with refused("order is 2.5", "in [-2, 2]"):
         stability.operator(2.5)

@@ -122,7 +122,14 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
         gain_factors(design.generator, design.alpha[channel], design.sigma[channel], dt, warp);
     for (std::size_t i = 0; i < 3; ++i) design.gains[channel][i] *= factors[i];
   }
-  return PyController(design);
+  // What dt makes of the gains may be beyond what a controller has.
+  py::list made;
+  for (const auto& row : design.gains) {
+    made.append(py::cast(std::vector<double>(std::begin(row), std::end(row))));
+  }
+  py::dict gains_made;
+  gains_made["gains"] = made;
+  return PyController(changed(callable, design, gains_made));
 }
 
 PyController from_taps(const py::object& taps, const py::kwargs& structure) {

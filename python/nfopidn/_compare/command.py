@@ -16,7 +16,7 @@ from nfopidn._compare.contenders import (
 )
 from nfopidn._compare.suite import CONDITIONS, path_names, scenario_suite
 from nfopidn._core import Scenario
-from nfopidn._files import check_picture, load_controller, replace_file
+from nfopidn._files import check_outputs, check_picture, load_controller, replace_file, save_picture
 from nfopidn._interrupt import EXIT_INTERRUPTED
 
 DESCRIPTION = """Tunes controllers alike, by the same search with the same budget and seeds, runs
@@ -99,6 +99,10 @@ def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | Non
 
 def _compare(arguments: argparse.Namespace) -> int:
     check_picture(arguments.plot)
+    check_outputs(
+        {"--csv": arguments.csv, "--markdown": arguments.markdown, "--plot": arguments.plot},
+        inputs=[*arguments.controllers, *arguments.scenarios],
+    )
     scenarios = _scenarios(arguments.scenarios)
     result, complete = _result(arguments, scenarios)
     if not complete:
@@ -114,7 +118,7 @@ def _compare(arguments: argparse.Namespace) -> int:
     if arguments.markdown:
         replace_file(arguments.markdown, "\n".join(texts))
     if arguments.plot:
-        result.plot(arguments.metric[0]).figure.savefig(arguments.plot)
+        save_picture(result.plot(arguments.metric[0]).figure, arguments.plot)
     if not arguments.quiet:
         for metric in arguments.metric:
             result.print(metric)

@@ -58,7 +58,7 @@ class Discretisation:
         poles = sorted(self.poles.real, key=abs)
         rows = []
         for first in range(0, max(len(zeros), 1), 2):
-            pair = [np.poly(roots[first : first + 2]) for roots in (zeros, poles)]
+            pair = [np.atleast_1d(np.poly(roots[first : first + 2])) for roots in (zeros, poles)]
             rows.append(np.concatenate([np.pad(side, (0, 3 - len(side))) for side in pair]))
         table = np.array(rows)
         table[0, :3] *= self.gain

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from nfopidn import _core
 from nfopidn._checks import no_rival
 from nfopidn._core import Controller, Scenario
+from nfopidn.stability._z_plane import short_memory
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -334,6 +335,7 @@ def margins(
     """
     scenario = Scenario.published(rng=0) if scenario is None else scenario
     controller = Controller.published() if controller is None else no_rival(controller)
+    short_memory(controller)
     speed = float(scenario.trajectory.peak_speed if speed is None else speed)
     if not (abs(speed) <= 1e3 and speed != 0):
         raise ValueError(f"speed is {speed}; must be in [-1000, 1000] m/s and not 0")

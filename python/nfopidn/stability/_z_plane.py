@@ -115,6 +115,15 @@ def _filter(coefficients: NDArray[np.float64], sums: bool) -> ZPlane:
     return ZPlane(zeros=zeros[np.argsort(-np.abs(zeros), kind="stable")], poles=poles)
 
 
+def short_memory(controller: Controller) -> Controller:
+    """Refuse a memory whose matrices would be too large."""
+    if not controller.memory <= MOST_MEMORY:
+        raise ValueError(
+            f"controller has memory {controller.memory}; must be in [0, {MOST_MEMORY}] samples"
+        )
+    return controller
+
+
 def controller(controller: Controller) -> ControllerStability:
     """Return zeros and poles of a controller's channels.
 
@@ -141,7 +150,7 @@ def controller(controller: Controller) -> ControllerStability:
     >>> print(nfopidn.stability.controller(incremental).verdict)
     critically stable
     """
-    controller = no_rival(controller)
+    controller = short_memory(no_rival(controller))
     sums = controller.form == "incremental"
     planes = [_filter(taps, sums) for taps in controller.taps]
     return ControllerStability(*planes)
