@@ -246,6 +246,13 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
               std::string(key) + " does not apply to a controller of free taps"};
     }
   }
+  if (arguments.tune && arguments.controller_file.empty()) {
+    for (const std::string key : {"gains", "alpha", "sigma"}) {
+      if (arguments.controller.count(key) == 0) continue;
+      const char* verb = key == "gains" ? " are" : " is";
+      return {Status::inconsistent, "--tune: " + key + verb + " what is searched for"};
+    }
+  }
   ControllerSettings<double>& settings = design;
   const Json given = words_to_json<ControllerSettings<double>>(arguments.controller);
   if (Outcome outcome = read_settings(given, "", settings); !outcome) return outcome;
@@ -266,6 +273,22 @@ Structure structure_to_tune(const Arguments& arguments, const ControllerDesign& 
         arguments.controller_file.empty() && arguments.controller.count("lateral") == 0;
   }
   return structure;
+}
+
+// A file's controller must lie where the search looks.
+Outcome check_start(const Arguments& arguments, const ControllerDesign& design) {
+  const Structure structure = structure_to_tune(arguments, design);
+  const std::vector<double> start = parameters_of(structure.parameters, design);
+  const std::vector<ParameterBounds> bounds = default_bounds(structure);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const auto& [name, low, high] = bounds[i];
+    const double slack = 1e-9 * (high - low);
+    if (start[i] >= low - slack && start[i] <= high + slack) continue;
+    Outcome outcome = refuse_number(name, start[i], between(low, high), "to start a search from");
+    outcome.message = arguments.controller_file + ": " + outcome.message;
+    return outcome;
+  }
+  return {};
 }
 
 // Searches from the design, if a file gave one; shows its progress in a terminal.
@@ -352,6 +375,9 @@ int run(const Arguments& arguments) {
   ControllerDesign design;
   if (Outcome outcome = build_scenario(arguments, scenario); !outcome) return fail(outcome);
   if (Outcome outcome = build_controller(arguments, design); !outcome) return fail(outcome);
+  if (arguments.tune && !arguments.controller_file.empty()) {
+    if (Outcome outcome = check_start(arguments, design); !outcome) return fail(outcome);
+  }
   // Whether the files can be written shows before the run, not after.
   OutputFile table, scenario_file, controller_file;
   const std::pair<const std::string*, OutputFile*> files[] = {

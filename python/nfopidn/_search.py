@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import inspect
 import json
 import queue
 import secrets
@@ -62,12 +63,18 @@ class OptimizeResult(dict[str, Any]):
         except KeyError:
             raise AttributeError(name) from None
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set the field of that name."""
+        self[name] = value
+
     def __dir__(self) -> list[str]:
         """Name the fields too."""
         return [*super().__dir__(), *self]
 
     def __repr__(self) -> str:
         """Tell the cost and how it was reached."""
+        if "fun" not in self or "nfev" not in self:
+            return f"{type(self).__name__}({dict(self)})"
         text = f"{type(self).__name__}(fun={self['fun']:.6g}, nfev={self['nfev']}"
         return text + (f", {self['message']!r})" if "message" in self else ")")
 
@@ -467,6 +474,10 @@ class Forager:
         #: The OptimizeResult once ask() has returned None.
         self.result: OptimizeResult | None = None
         _box(bounds)
+        given = inspect.signature(bfoa).bind(None, bounds, **arguments)
+        given.apply_defaults()
+        words = inspect.signature(check_settings).parameters
+        check_settings(**{name: given.arguments[name] for name in words if name != "rng"}, rng=0)
 
         def work() -> None:
             try:

@@ -245,5 +245,38 @@ TEST(Playback, GivesTheRunThatItsTorquesCameFrom) {
           .all());
 }
 
+// What would run over the loop's arrays is refused.
+TEST(Simulate, RefusesWhatIsOutOfRange) {
+  const Scenario good = Scenario::published();
+  const ControllerDesign design;
+  EXPECT_EQ(simulate(good, design).status, Status::ok);
+  const auto expect = [&](Status status, const Scenario& scenario, const ControllerDesign& given) {
+    const SimulationResult result = simulate(scenario, given);
+    EXPECT_EQ(result.status, status);
+    EXPECT_EQ(result.table.rows(), 0);
+    EXPECT_TRUE(std::isinf(result.metrics.cost));
+  };
+  Scenario scenario = good;
+  scenario.delay = maximum_delay + 1;
+  expect(Status::out_of_range, scenario, design);
+  scenario = good;
+  scenario.disturbance.resize(2);
+  expect(Status::wrong_size, scenario, design);
+  scenario = good;
+  scenario.torque_limit = -1;
+  expect(Status::out_of_range, scenario, design);
+  scenario = good;
+  scenario.robot.mass = 0;
+  expect(Status::out_of_range, scenario, design);
+  ControllerDesign other;
+  other.gains[1][1] = std::nan("");
+  EXPECT_NE(simulate(good, other).status, Status::ok);
+  other = design;
+  other.taps = {1, 2, 3};
+  expect(Status::wrong_size, good, other);
+  other.taps.assign(21, std::numeric_limits<double>::infinity());
+  expect(Status::not_finite, good, other);
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -736,3 +736,27 @@ raise SystemExit(7)
         [sys.executable, "-c", program], check=False, capture_output=True, timeout=60
     )
     assert (run.returncode, run.stderr) == (7, b"")
+
+
+def test_a_forager_refuses_at_once():
+    with refused("maxfev is 0"):
+        Forager(BOX, maxfev=0)
+    with refused("callback is 5"):
+        Forager(BOX, callback=5)
+    with pytest.raises(TypeError, match="maxfevs"):
+        Forager(BOX, maxfevs=10)
+
+
+def test_a_closed_forager_says_so():
+    forager = Forager(BOX, rng=1, maxfev=600)
+    forager.tell([bowl(x) for x in forager.ask()])
+    forager.close()
+    assert forager.result.message == "The search was closed; this is the best so far."
+    assert forager.result.fun < np.inf
+
+
+def test_a_field_of_a_result_can_be_set_as_an_attribute():
+    result = OptimizeResult(fun=1.0, nfev=2)
+    result.fun = 3.0
+    assert result["fun"] == 3.0
+    assert repr(OptimizeResult()) == "OptimizeResult({})"

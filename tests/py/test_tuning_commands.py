@@ -367,6 +367,8 @@ def test_the_executable_tunes_with_other_settings(sim, tmp_path):
         (["--tune-seed", str(2**53 + 1)], ["--tune-seed"]),
         (["--delay", "-1"], ["delay is -1"]),
         (["--controller", "none.json"], ["none.json"]),
+        (["--gains", "0,0,0,0,0,0,0,0,0"], ["--tune", "gains are what is searched for"]),
+        (["--alpha", "0.5"], ["--tune", "alpha is what is searched for"]),
     ],
 )
 def test_the_executable_refuses(words, parts, sim, tmp_path):
@@ -396,6 +398,13 @@ def test_the_executable_refuses_a_start_of_another_structure(
     run = sim("--tune", "--structure", structure, "--controller", "start.json", cwd=tmp_path)
     assert (run.returncode, run.stdout) == (2, "")
     assert part in run.stderr
+
+
+def test_a_start_beyond_the_executable_s_bounds_is_refused(sim, tmp_path):
+    Controller.published(gains=[[100.0] * 3] * 3).save(tmp_path / "far.json")
+    run = sim("--tune", "--controller", "far.json", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert "far.json: kp_x is 100; must be in [0, 3]" in run.stderr
 
 
 def taps_of_tuned():

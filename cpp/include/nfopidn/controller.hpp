@@ -204,7 +204,8 @@ class Controller : private detail::SpareTorque<Scalar> {  // a base, so that non
     const Scalar low = Scalar(-limit_ - feedforward);
     if (structure_.anti_windup == AntiWindup::hold) {
       const Scalar zero = Scalar(Base(0));
-      const auto outward = ((next > high) & (neuron > zero)) | ((next < low) & (neuron < zero));
+      const auto outward =
+          M::either(M::both(next > high, neuron > zero), M::both(next < low, neuron < zero));
       return M::select(outward, last, next);
     }
     return M::maximum(M::minimum(next, M::maximum(last, high)), M::minimum(last, low));

@@ -118,6 +118,8 @@ struct math<Dual<Value, Slope>> {
   }
   NFOPIDN_INLINE static Scalar absolute(const Scalar& a) { return maximum(a, a * Base(-1)); }
   NFOPIDN_INLINE static Base value(const Scalar& a) { return P::value(a.value); }
+  NFOPIDN_INLINE static Mask both(const Mask& a, const Mask& b) { return P::both(a, b); }
+  NFOPIDN_INLINE static Mask either(const Mask& a, const Mask& b) { return P::either(a, b); }
   NFOPIDN_INLINE static constexpr Mask all() { return P::all(); }
   NFOPIDN_INLINE static bool any(const Mask& mask) { return P::any(mask); }
   NFOPIDN_INLINE static bool every(const Mask& mask) { return P::every(mask); }

@@ -51,7 +51,7 @@ class CostMeter {
       sum_ = sum_ + term;
       return true;
     }
-    running_ = running_ & (distance <= square_limit_) & (angle_square == angle_square);
+    running_ = M::both(running_, M::both(distance <= square_limit_, angle_square == angle_square));
     all_running_ = M::every(running_);
     sum_ = sum_ + M::select(running_, term, Scalar(square_limit_));
     return M::any(running_);

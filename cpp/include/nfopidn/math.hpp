@@ -148,6 +148,8 @@ struct math {
   static constexpr Scalar select(Mask condition, Scalar yes, Scalar no) {
     return condition ? yes : no;
   }
+  static constexpr Mask both(Mask a, Mask b) { return a && b; }
+  static constexpr Mask either(Mask a, Mask b) { return a || b; }
   static constexpr Mask all() { return true; }
   static constexpr bool any(Mask mask) { return mask; }
   static constexpr bool every(Mask mask) { return mask; }

@@ -49,7 +49,8 @@ struct Scenario {
   static constexpr void fields(Visitor&& visit) {
     using S = Scenario;
     visit(field("initial_pose", &S::initial_pose, "m, m, rad", between(-1e6, 1e6),
-                "pose x, y, theta at the start; null (in words: reference): the reference's", "pose"));
+                "pose x, y, theta at the start; null (in words: reference): the reference's",
+                "pose"));
     visit(field("initial_velocity", &S::initial_velocity, "m/s, rad/s", between(-1e3, 1e3),
                 "v, omega at the start, or \"reference\"", "velocity"));
     visit(field("torque_limit", &S::torque_limit, "N m", between(1e-6, 1e6),

@@ -7,6 +7,7 @@
 
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "nfopidn/status.hpp"
 
@@ -65,6 +66,23 @@ struct Finding {
 
 namespace detail {
 
+// The standard containers of host-side settings by what they offer: this layer knows none of them.
+template <class Value, class = void>
+constexpr bool has_elements = false;
+template <class Value>
+constexpr bool has_elements<Value, std::void_t<decltype(std::declval<const Value&>().begin())>> =
+    true;
+template <class Value, class = void>
+constexpr bool may_be_absent = false;
+template <class Value>
+constexpr bool
+    may_be_absent<Value, std::void_t<decltype(std::declval<const Value&>().has_value())>> = true;
+template <class Value, class = void>
+constexpr bool wraps_elements = false;
+template <class Value>
+constexpr bool
+    wraps_elements<Value, std::void_t<decltype(std::declval<const Value&>().value.begin())>> = true;
+
 struct RangeCheck {
   Finding finding;
 
@@ -78,7 +96,11 @@ struct RangeCheck {
   }
   template <class Value>
   constexpr void check(const char* name, const Range& range, const Value& value) {
-    if constexpr (std::is_array_v<Value>) {
+    if constexpr (may_be_absent<Value>) {
+      if (value.has_value()) check(name, range, *value);
+    } else if constexpr (wraps_elements<Value>) {
+      check(name, range, value.value);
+    } else if constexpr (std::is_array_v<Value> || has_elements<Value>) {
       for (const auto& element : value) check(name, range, element);
     } else if constexpr (std::is_class_v<Value> && std::is_convertible_v<Value, int>) {
       if (!value.is_infinite()) number(name, range, static_cast<int>(value));

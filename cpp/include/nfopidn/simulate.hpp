@@ -1,6 +1,9 @@
 // L3. Runs a scenario under a controller.
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "nfopidn/controller_design.hpp"
 #include "nfopidn/metrics.hpp"
 #include "nfopidn/modal.hpp"
@@ -11,7 +14,8 @@ struct SimulationResult {
   RunTable table;  // a row a sample, up to where the run diverged
   Metrics metrics;
   bool diverged = false;
-  double diverged_at = 0;  // [s], when diverged
+  double diverged_at = 0;      // [s], when diverged
+  Status status = Status::ok;  // why nothing was run
 };
 
 namespace detail {
@@ -85,13 +89,38 @@ decltype(auto) with_controller(const ControllerDesign& settings,
   return use(law);
 }
 
-// The whole run, recorded. Scenario and settings must be valid.
+// What is wrong with a scenario or a controller's settings, if anything.
+inline Status check_run(const Scenario& scenario, const ControllerDesign& settings) {
+  const Status whole = check_consistency(scenario).status;
+  // A start beyond the divergence distance is a run that diverges at once.
+  const Status consistency = whole == Status::inconsistent ? Status::ok : whole;
+  for (const Status status : {check_ranges(scenario).status, scenario.robot.validate(), consistency,
+                              settings.validate()}) {
+    if (status != Status::ok) return status;
+  }
+  if (settings.taps.empty()) return Status::ok;
+  if (settings.memory.is_long()) return Status::inconsistent;
+  const auto count = static_cast<std::size_t>(channel_count * (settings.memory + 2));
+  if (settings.taps.size() != count) return Status::wrong_size;
+  const bool finite = std::all_of(settings.taps.begin(), settings.taps.end(),
+                                  [](double tap) { return std::isfinite(tap); });
+  return finite ? Status::ok : Status::not_finite;
+}
+
+// The whole run, recorded. With `status` other than ok nothing was run, and the cost is infinite.
 inline SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings) {
+  if (const Status status = check_run(scenario, settings); status != Status::ok) {
+    SimulationResult refused;
+    refused.status = status;
+    refused.diverged = true;
+    refused.metrics.cost = std::numeric_limits<double>::infinity();
+    return refused;
+  }
   const PreparedRun run = prepare(scenario);
   return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
 }
 
-// The cost alone (eq. 41), without recording.
+// The cost alone (eq. 41), without recording. What check_run() refuses must not be given.
 inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
   return with_controller(settings, run.limits, [&](auto& law) {
     law.reset();

@@ -151,6 +151,8 @@ struct math<Lanes<width, count>> : private Instructions<width> {
     }
     return !any_over(farthest, limit);
   }
+  NFOPIDN_INLINE static Mask both(const Mask& a, const Mask& b) { return a & b; }
+  NFOPIDN_INLINE static Mask either(const Mask& a, const Mask& b) { return a | b; }
   NFOPIDN_INLINE static Mask all() {
     Mask mask;
     for (auto& p : mask.part) p = Bits{} - 1;

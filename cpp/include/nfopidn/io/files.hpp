@@ -60,7 +60,7 @@ class OutputFile {
     if (!special) {
       // A link is followed, so that the file it points to is replaced, and not the link.
       if (std::filesystem::is_symlink(std::filesystem::symlink_status(path, ignored))) {
-        path_ = std::filesystem::canonical(path, ignored).string();
+        path_ = std::filesystem::weakly_canonical(path, ignored).string();
         if (path_.empty()) path_ = path;
       }
       target = path_ + ".part" + std::to_string(::getpid());
@@ -71,7 +71,12 @@ class OutputFile {
     }
     file_ = std::fopen(target.c_str(), "wb");
     if (file_ == nullptr) return file_fault(path, "cannot be written");
-    if (!special) temporary_ = target;
+    if (!special) {
+      temporary_ = target;
+      if (std::filesystem::exists(status)) {
+        std::filesystem::permissions(target, status.permissions(), ignored);
+      }
+    }
     return {};
   }
 
