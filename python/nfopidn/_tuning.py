@@ -265,10 +265,10 @@ def tune(
     tied
         Parameters that equal another one: {"kp_y": "kp_x"}.
     start
-        A controller to start from. Without one, a search for free taps spends three tenths of the
-        evaluations and of the time on gains and orders first. Stages before the last have
-        checkpoints of their own, with the suffixes .gains and .speed; a callback is told the
-        evaluations of all, the point and the cost of the present one. It must lie in the bounds.
+        A controller to start from, within the bounds. Without one, a search for free taps spends
+        three tenths of the evaluations and of the time on gains and orders first. Stages before the
+        last have checkpoints of their own, with the suffixes .gains and .speed; a callback is told
+        the evaluations of all, the point and the cost of the present one.
     risk
         With several scenarios: the cost is the mean of the worst `risk` share of them; 1 is the
         mean of all, 0 the worst case.
