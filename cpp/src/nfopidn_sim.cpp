@@ -1,5 +1,7 @@
 // The command line: runs a scenario under a controller.
 #include <CLI/CLI.hpp>
+#include <array>
+#include <filesystem>
 #include <iostream>
 
 #include "nfopidn/io/options.hpp"
@@ -225,20 +227,8 @@ Outcome check_structure(const Arguments& arguments, const ControllerDesign& stru
   return {};
 }
 
-Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
-  if (!arguments.structure.empty()) {
-    StructureName name{};
-    Outcome outcome;
-    json::read(arguments.structure, json::Context{"structure", {}, "", &outcome}, name);
-    if (!outcome) return outcome;
-    design = ControllerDesign(named_structure(name).settings);
-  }
-  if (!arguments.controller_file.empty()) {
-    const ControllerDesign structure = design;
-    Outcome outcome = load_controller(arguments.controller_file, design);
-    if (outcome) outcome = check_structure(arguments, structure, design);
-    if (!outcome) return outcome;
-  }
+// Settings that would have no effect.
+Outcome refuse_ignored(const Arguments& arguments, const ControllerDesign& design) {
   if (!design.taps.empty()) {
     for (const char* key : {"gains", "alpha", "sigma", "generator", "memory"}) {
       if (arguments.controller.count(key) == 0) continue;
@@ -253,6 +243,24 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
       return {Status::inconsistent, "--tune: " + key + verb + " what is searched for"};
     }
   }
+  return {};
+}
+
+Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
+  if (!arguments.structure.empty()) {
+    StructureName name{};
+    Outcome outcome;
+    json::read(arguments.structure, json::Context{"structure", {}, "", &outcome}, name);
+    if (!outcome) return outcome;
+    design = ControllerDesign(named_structure(name).settings);
+  }
+  if (!arguments.controller_file.empty()) {
+    const ControllerDesign structure = design;
+    Outcome outcome = load_controller(arguments.controller_file, design);
+    if (outcome) outcome = check_structure(arguments, structure, design);
+    if (!outcome) return outcome;
+  }
+  if (Outcome outcome = refuse_ignored(arguments, design); !outcome) return outcome;
   ControllerSettings<double>& settings = design;
   const Json given = words_to_json<ControllerSettings<double>>(arguments.controller);
   if (Outcome outcome = read_settings(given, "", settings); !outcome) return outcome;
@@ -370,6 +378,22 @@ bool same_place(const std::string& one, const std::string& other) {
   return !special && place(one) == place(other);
 }
 
+using Outputs = std::array<std::pair<const std::string*, OutputFile*>, 3>;
+
+Outcome open_all(const Outputs& files) {
+  for (const auto& [path, file] : files) {
+    if (path->empty()) continue;
+    for (const auto& [other, other_file] : files) {
+      if (file == other_file) break;
+      if (same_place(*path, *other)) {
+        return {Status::inconsistent, *path + " is named for two files"};
+      }
+    }
+    if (Outcome outcome = file->open(*path); !outcome) return outcome;
+  }
+  return {};
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
@@ -380,20 +404,10 @@ int run(const Arguments& arguments) {
   }
   // Whether the files can be written shows before the run, not after.
   OutputFile table, scenario_file, controller_file;
-  const std::pair<const std::string*, OutputFile*> files[] = {
-      {&arguments.out, &table},
-      {&arguments.save_scenario, &scenario_file},
-      {&arguments.save_controller, &controller_file}};
-  for (const auto& [path, file] : files) {
-    if (path->empty()) continue;
-    for (const auto& [other, other_file] : files) {
-      if (file == other_file) break;
-      if (same_place(*path, *other)) {
-        return fail({Status::inconsistent, *path + " is named for two files"});
-      }
-    }
-    if (Outcome outcome = file->open(*path); !outcome) return fail(outcome);
-  }
+  const Outputs files = {{{&arguments.out, &table},
+                          {&arguments.save_scenario, &scenario_file},
+                          {&arguments.save_controller, &controller_file}}};
+  if (Outcome outcome = open_all(files); !outcome) return fail(outcome);
   if (arguments.tune) tune_design(arguments, scenario, design);
   const SimulationResult result = simulate(scenario, design);
   const std::string contents[] = {run_table_csv(result.table),

@@ -100,8 +100,8 @@ inline Status check_run(const Scenario& scenario, const ControllerDesign& settin
   }
   if (settings.taps.empty()) return Status::ok;
   if (settings.memory.is_long()) return Status::inconsistent;
-  const auto count = static_cast<std::size_t>(channel_count * (settings.memory + 2));
-  if (settings.taps.size() != count) return Status::wrong_size;
+  const int count = channel_count * (settings.memory + 2);
+  if (static_cast<int>(settings.taps.size()) != count) return Status::wrong_size;
   const bool finite = std::all_of(settings.taps.begin(), settings.taps.end(),
                                   [](double tap) { return std::isfinite(tap); });
   return finite ? Status::ok : Status::not_finite;
