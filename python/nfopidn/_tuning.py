@@ -40,7 +40,7 @@ TUNING_VERSION = 1
 #: What a Robot is made of.
 ROBOT = ("mass", "inertia", "track_width", "wheel_radius")
 
-#: From this status on a search has been told to end, or its time is up.
+#: Up to this status a search's budget or time is up; beyond, it has been told to end.
 ENDED_EARLY = list(MESSAGES).index("time")
 
 
@@ -305,7 +305,8 @@ def tune(
             scenarios, structure, settings, callback, {"workers": workers, "risk": risk}
         )
         first = _within(search, before.controller)
-        if before.status >= ENDED_EARLY or before.nfev >= settings.maxfev:
+        over = before.nfev >= settings.maxfev or before.elapsed >= settings.maxtime
+        if before.status > ENDED_EARLY or over:
             return _as_taps(before, search, structure, _cost_function(scenarios, search, risk, 1))
     problem = {
         "kind": "tune",
