@@ -125,5 +125,24 @@ TEST(Tables, KeepTheirResultWhenRefused) {
   EXPECT_EQ(trajectory.size(), 3);
 }
 
+// The ends of a closed path may lie a little apart; each lap but the last ends where it began.
+TEST(Trajectory, LapsOfSamplesComeBackAsTheyWere) {
+  Eigen::ArrayXd x(5), y(5);
+  x << 0, 1, 1, 0, 8e-7;
+  y << 0, 0, 1, 1, -3e-7;
+  TrajectorySettings settings;
+  settings.dt = 0.5;
+  settings.laps = 3;
+  Scenario scenario = Scenario::published();
+  ASSERT_EQ(make_trajectory(x, y, settings, scenario.trajectory), Status::ok);
+  scenario.initial_pose.reset();
+  Scenario again;
+  const Outcome outcome = read_scenario(write_scenario(scenario), again);
+  ASSERT_TRUE(outcome) << outcome.message;
+  EXPECT_TRUE((again.trajectory.x == scenario.trajectory.x).all());
+  EXPECT_TRUE((again.trajectory.y == scenario.trajectory.y).all());
+  EXPECT_EQ(again.trajectory.x(12), 8e-7);
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -274,6 +274,11 @@ TEST(Simulate, RefusesWhatIsOutOfRange) {
   other = design;
   other.taps = {1, 2, 3};
   expect(Status::wrong_size, good, other);
+  other.memory = 5000;
+  other.taps.clear();
+  other.alpha[0] = 1.5;
+  expect(Status::inconsistent, good, other);
+  other = design;
   other.taps.assign(21, std::numeric_limits<double>::infinity());
   expect(Status::not_finite, good, other);
 }

@@ -2,6 +2,7 @@
 // and orders.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "nfopidn/controller_settings.hpp"
@@ -23,5 +24,20 @@ struct ControllerDesign : ControllerSettings<double> {
 };
 
 constexpr Range tap_range = between(-1e6, 1e6);
+
+// What is wrong with settings as a whole, each being in range: memory beyond that of taps runs as
+// modes, which only some orders have.
+inline Finding check_consistency(const ControllerDesign& design) {
+  if (!design.memory.is_long()) return {};
+  for (int channel = 0; channel < channel_count; ++channel) {
+    const double alpha = design.alpha[channel];
+    const double sigma = design.sigma[channel];
+    if (!(std::abs(alpha) < 1)) return {Status::inconsistent, "alpha", alpha, {-1, 1, true, true}};
+    if (!(std::abs(1 - sigma) < 1)) {
+      return {Status::inconsistent, "sigma", sigma, {0, 2, true, true}};
+    }
+  }
+  return {};
+}
 
 }  // namespace nfopidn

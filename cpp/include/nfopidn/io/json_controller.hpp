@@ -57,19 +57,11 @@ inline Outcome read_taps(const Json& value, ControllerDesign& design) {
 
 // Long memory needs operators whose tail is made of modes.
 inline Outcome explain_consistency(const ControllerDesign& design) {
-  if (!design.memory.is_long()) return {};
-  const std::string rule = " with a memory beyond " + std::to_string(maximum_memory);
-  for (int channel = 0; channel < channel_count; ++channel) {
-    const double alpha = design.alpha[channel];
-    const double sigma = design.sigma[channel];
-    if (!(std::abs(alpha) < 1)) {
-      return refuse(Status::inconsistent, "alpha", number_text(alpha), "in (-1, 1)" + rule);
-    }
-    if (!(std::abs(1 - sigma) < 1)) {
-      return refuse(Status::inconsistent, "sigma", number_text(sigma), "in (0, 2)" + rule);
-    }
-  }
-  return {};
+  const Finding finding = check_consistency(design);
+  if (finding.status == Status::ok) return {};
+  return refuse(
+      finding.status, finding.field, number_text(finding.value),
+      range_text(finding.range) + " with a memory beyond " + std::to_string(maximum_memory));
 }
 
 inline Outcome read_controller(const Json& document, ControllerDesign& result) {
