@@ -13,9 +13,10 @@ from nfopidn._core import (
     simulate,
 )
 from nfopidn._export import export_c, export_cpp
+from nfopidn._forager import Forager
 from nfopidn._parameters import default_bounds
 from nfopidn._report import report
-from nfopidn._search import Forager, OptimizeResult, bfoa
+from nfopidn._search import OptimizeResult, bfoa
 from nfopidn._tuning import Objective, TuneResult, tune
 
 _pickle.register()

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from numbers import Integral
+from numbers import Integral, Real
 from typing import Any
+
+import numpy as np
 
 from nfopidn._core import Controller, Rival
 
 _MOST = 10**9
 
 
-def whole_number(name: str, value: Any, least: int) -> int:
-    """Return a whole number in [least, 1e9].
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, infinity included, and no bool."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | np.number):
+        return False
+    try:
+        return not np.isnan(float(value))
+    except (OverflowError, TypeError):
+        return False
+
+
+def whole_number(name: str, value: Any, least: int, most: int = _MOST) -> int:
+    """Return a whole number in [least, most], 1e9 if not given.
 
     Raises
     ------
@@ -19,8 +31,9 @@ def whole_number(name: str, value: Any, least: int) -> int:
         Names the argument, its value and the range.
     """
     whole = isinstance(value, Integral) and not isinstance(value, bool)
-    if not whole or not least <= int(value) <= _MOST:
-        raise ValueError(f"{name} is {value!r}; must be a whole number in [{least}, 1e9]")
+    if not whole or not least <= int(value) <= most:
+        end = "1e9" if most == _MOST else most
+        raise ValueError(f"{name} is {value!r}; must be a whole number in [{least}, {end}]")
     return int(value)
 
 

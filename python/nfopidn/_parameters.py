@@ -11,8 +11,12 @@ from typing import Any
 import numpy as np
 
 from nfopidn import _core
+from nfopidn._checks import is_number
 from nfopidn._core import Controller, Rival, Robot, Scenario
-from nfopidn._search import Array, check_bounds, is_number
+from nfopidn._search import Array, check_bounds
+
+#: What a Robot is made of.
+ROBOT_FIELDS = ("mass", "inertia", "track_width", "wheel_radius")
 
 Structure = str | Mapping[str, Any] | None
 Request = dict[str, Any]

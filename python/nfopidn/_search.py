@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import atexit
-import inspect
 import json
-import queue
 import secrets
-import threading
-import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from numbers import Real
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -22,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn._checks import is_number, whole_number
 from nfopidn._progress import Report, progress
 
 Array = NDArray[np.float64]
@@ -32,8 +27,9 @@ HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
 DEFAULT_EVALUATIONS = 10_000
 UNLIMITED = 2**62
 FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
-#: Suffixes of the checkpoints that one search may have.
-STAGES = ("", FIRST_STAGE, *(f".{lateral}" for lateral in _core.FREE_TAP_LATERALS[:-1]))
+#: Those of its stages by what the lateral channel is fed; the last has the search's own name.
+LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
+LATERAL_STAGES[_core.FREE_TAP_LATERALS[-1]] = ""
 MOST_WORKERS = 1024
 WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
@@ -143,7 +139,7 @@ def check_settings(
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
         maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
-    if not is_whole(maxfev, 1, UNLIMITED):
+    if not is_number(maxfev) or not 1 <= maxfev <= UNLIMITED or int(maxfev) != maxfev:
         raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62]")
     if maxtime is not None and not (is_number(maxtime) and maxtime > 0):
         raise ValueError(f"maxtime is {maxtime}; must be greater than 0 s")
@@ -163,21 +159,6 @@ def check_settings(
         checkpoint=path,
         progress=progress,
     )
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value is a real number, infinity included, and no bool."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | np.number):
-        return False
-    try:
-        return not np.isnan(float(value))
-    except (OverflowError, TypeError):
-        return False
-
-
-def is_whole(value: Any, low: int, high: int) -> bool:
-    """Whether a value is a whole number within [low, high], and no bool."""
-    return is_number(value) and low <= value <= high and int(value) == value
 
 
 def _checked_options(options: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -209,7 +190,8 @@ def _checked_path(checkpoint: Any) -> str:
 
 def _seed(rng: Any, checkpoint: str) -> int:
     if rng is None:
-        seeds = [_seed_of_checkpoint(checkpoint + stage) for stage in STAGES if checkpoint]
+        stages = (*LATERAL_STAGES.values(), FIRST_STAGE) if checkpoint else ()
+        seeds = [_seed_of_checkpoint(checkpoint + stage) for stage in stages]
         return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
@@ -279,7 +261,8 @@ def run(
         if callback is not None or settings.progress:
             request["callback"] = observer
         found = search(request)
-    return found, observer.raised or found.pop("raised", None)
+    raised = found.pop("raised")
+    return found, observer.raised or raised
 
 
 def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
@@ -288,7 +271,6 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
     fault = found.pop("checkpoint_fault")
     if isinstance(raised, KeyboardInterrupt):
         reason, raised = "interrupted", None
-    found.pop("raised", None)
     history = np.zeros(len(found["history"]), dtype=[(name, float) for name in HISTORY])
     for column, name in enumerate(HISTORY):
         history[name] = found["history"][:, column]
@@ -372,7 +354,7 @@ def bfoa(
     settings = check_settings(
         method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
     )
-    low, high = _box(bounds)
+    low, high = read_box(bounds)
     if not callable(func):
         raise ValueError(f"func is {func!r}; must be a function")
     with ExitStack() as stack:
@@ -395,7 +377,8 @@ def bfoa(
     return result
 
 
-def _box(bounds: Any) -> tuple[Array, Array]:
+def read_box(bounds: Any) -> tuple[Array, Array]:
+    """Give low and high of bounds (p, 2), checked."""
     try:
         box = np.array(bounds, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -415,12 +398,8 @@ def _pointwise(
     mapping: Callable[..., Iterable[Any]] | None = None
     if callable(workers):
         mapping = workers
-    elif not is_whole(workers, 1, MOST_WORKERS):
-        raise ValueError(
-            f"workers is {workers}; must be a whole number in [1, {MOST_WORKERS}], or a map"
-        )
-    elif workers > 1:
-        mapping = stack.enter_context(ProcessPoolExecutor(int(workers))).map
+    elif whole_number("workers", workers, 1, MOST_WORKERS) > 1:
+        mapping = stack.enter_context(ProcessPoolExecutor(workers)).map
 
     def each(points: Array) -> Array:
         costs: list[float] = []
@@ -433,111 +412,8 @@ def _pointwise(
                     costs.append(float(cost))
         except BaseException as error:
             with suppress(AttributeError, TypeError):
-                error.answered = costs  # type: ignore[attr-defined]  # what the core still counts
+                error._nfopidn_answered = costs  # type: ignore[attr-defined]  # the core counts them
             raise
         return np.array(costs)
 
     return each
-
-
-_OPEN: weakref.WeakSet[Forager] = weakref.WeakSet()
-
-
-@atexit.register
-def _close_all() -> None:
-    """End the searches that nobody has: a thread in the core would bring the interpreter down."""
-    for forager in list(_OPEN):
-        with suppress(BaseException):
-            forager.close()
-
-
-class Forager:
-    """The same search by ask and tell, for costs that come from elsewhere.
-
-    >>> forager = Forager([(0, 1), (0, 1)], rng=1, maxfev=100)
-    >>> while (points := forager.ask()) is not None:
-    ...     forager.tell([((x - 0.3) ** 2).sum() for x in points])
-    >>> forager.result.nfev
-    100
-    """
-
-    def __init__(self, bounds: Sequence[tuple[float, float]] | ArrayLike, **arguments: Any) -> None:
-        """Take the arguments of bfoa(), but for func, vectorized and workers."""
-        for name in ("func", "vectorized", "workers"):
-            if name in arguments:
-                raise TypeError(f"Forager() has no argument {name!r}")
-        self._points: queue.Queue[Array | None] = queue.Queue()
-        self._costs: queue.Queue[Array | None] = queue.Queue()
-        self._asked: Array | None = None
-        self._error: BaseException | None = None
-        self._closed = False
-        #: The OptimizeResult once ask() has returned None.
-        self.result: OptimizeResult | None = None
-        _box(bounds)
-        given = inspect.signature(bfoa).bind(None, bounds, **arguments)
-        given.apply_defaults()
-        words = inspect.signature(check_settings).parameters
-        check_settings(**{name: given.arguments[name] for name in words if name != "rng"}, rng=0)
-
-        def work() -> None:
-            try:
-                self.result = bfoa(self._evaluate, bounds, vectorized=True, **arguments)
-            except _ClosedError as closed:
-                self.result = closed.best
-                self.result["message"] = "The search was closed; this is the best so far."
-            except BaseException as error:
-                self._error = error
-            self._points.put(None)
-
-        self._thread = threading.Thread(target=work, daemon=True)
-        self._thread.start()
-        _OPEN.add(self)
-
-    def _evaluate(self, points: Array) -> Array:
-        self._points.put(points)
-        costs = self._costs.get()
-        if costs is None:
-            raise _ClosedError
-        return costs
-
-    def ask(self) -> Array | None:
-        """Give the points (n, p) whose costs are wanted, the same until told; None at the end."""
-        if self._asked is None and not self._closed:
-            self._asked = self._points.get()
-            self._closed = self._asked is None
-            if self._error is not None:
-                raise self._error
-        return self._asked
-
-    def tell(self, costs: ArrayLike) -> None:
-        """Take the costs (n,) of the points asked for.
-
-        Raises
-        ------
-        ValueError
-            If nothing was asked, or costs are too few, too many or NaN; ask() then gives the same
-            points again.
-        """
-        if self._asked is None:
-            raise ValueError("tell() comes after ask()")
-        values = np.array(costs, dtype=float)
-        if values.shape != (len(self._asked),):
-            raise ValueError(f"costs have the shape {values.shape}; must be ({len(self._asked)},)")
-        if np.isnan(values).any():
-            raise ValueError("costs hold NaN; give inf for points that have no cost")
-        self._asked = None
-        self._costs.put(values)
-
-    def close(self) -> None:
-        """End the search early; result holds the best so far."""
-        if not self._closed:
-            self.ask()
-        if not self._closed:
-            self._asked = None
-            self._closed = True
-            self._costs.put(None)
-        self._thread.join()
-
-
-class _ClosedError(Exception):
-    best: OptimizeResult

@@ -13,13 +13,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
+from nfopidn._checks import is_number, whole_number
 from nfopidn._core import Controller, Rival, Robot, Scenario
 from nfopidn._files import replace_file
-from nfopidn._parameters import ControllerSearch, Search, controller_structure, make_search
+from nfopidn._parameters import (
+    ROBOT_FIELDS,
+    ControllerSearch,
+    Search,
+    controller_structure,
+    make_search,
+)
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
     HISTORY,
+    LATERAL_STAGES,
     MESSAGES,
     MOST_WORKERS,
     UNLIMITED,
@@ -29,19 +37,14 @@ from nfopidn._search import (
     Settings,
     check_settings,
     finish,
-    is_number,
-    is_whole,
     run,
 )
 
 TUNING_FORMAT = "nfopidn-tuning"
 TUNING_VERSION = 1
 
-#: What a Robot is made of.
-ROBOT = ("mass", "inertia", "track_width", "wheel_radius")
-
-#: Up to this status a search's budget or time is up; beyond, it has been told to end.
-ENDED_EARLY = list(MESSAGES).index("time")
+#: Up to this status a search has come to its end or its time is up; beyond, it was told to end.
+OUT_OF_TIME = list(MESSAGES).index("time")
 
 
 class TuneResult(OptimizeResult):
@@ -114,7 +117,7 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     if isinstance(value, Robot):
-        return {name: getattr(value, name) for name in ROBOT}
+        return {name: getattr(value, name) for name in ROBOT_FIELDS}
     if isinstance(value, float) and not np.isfinite(value):
         return str(value)
     if value is None or isinstance(value, str | bool | int | float):
@@ -213,8 +216,7 @@ def _cost_function(
 
 
 def _check_share(risk: float, workers: int) -> None:
-    if not is_whole(workers, 1, MOST_WORKERS):
-        raise ValueError(f"workers is {workers}; must be a whole number in [1, {MOST_WORKERS}]")
+    whole_number("workers", workers, 1, MOST_WORKERS)
     if not is_number(risk) or not 0 <= risk <= 1:
         raise ValueError(f"risk is {risk}; must be in [0, 1]")
 
@@ -306,7 +308,7 @@ def tune(
         )
         first = _within(search, before.controller)
         over = before.nfev >= settings.maxfev or before.elapsed >= settings.maxtime
-        if before.status > ENDED_EARLY or over:
+        if before.status > OUT_OF_TIME or over:
             return _as_taps(before, search, structure, _cost_function(scenarios, search, risk, 1))
     problem = {
         "kind": "tune",
@@ -391,7 +393,7 @@ def _first_gains(
         maxtime=None if np.isinf(settings.maxtime) else _core.START_SHARE * settings.maxtime,
         stopval=_stopval(settings),
         callback=callback,
-        checkpoint=settings.checkpoint + FIRST_STAGE if settings.checkpoint else None,
+        checkpoint=_stage_path(settings, FIRST_STAGE),
         progress=settings.progress,
         **shared,
     )
@@ -426,7 +428,7 @@ def _either_lateral(
         last = stages[-1]
         left -= last.nfev if left < UNLIMITED else 0
         seconds -= last.elapsed
-        return left > 0 and seconds > 0 and last.status <= ENDED_EARLY
+        return left > 0 and seconds > 0 and last.status <= OUT_OF_TIME
 
     if start is None:
         limits = {"workers": shared["workers"], "risk": shared["risk"]}
@@ -445,7 +447,6 @@ def _either_lateral(
         share = rest // 2 if last else -(-rest // 2)
         if share < 1:
             break
-        suffix = "" if last else f".{lateral}"
         stage = partial(
             tune,
             scenarios,
@@ -455,13 +456,17 @@ def _either_lateral(
             maxfev=None if settings.maxfev == UNLIMITED else share,
             maxtime=None if np.isinf(seconds) else (seconds if last else seconds / 2),
             stopval=_stopval(settings),
-            checkpoint=settings.checkpoint + suffix if settings.checkpoint else None,
+            checkpoint=_stage_path(settings, LATERAL_STAGES[lateral]),
             callback=_counting_on(callback, sum(stage.nfev for stage in stages)),
             **shared,
         )
         if not add(stage):
             break
     return _best_of(stages)
+
+
+def _stage_path(settings: Settings, suffix: str) -> str | None:
+    return settings.checkpoint + suffix if settings.checkpoint else None
 
 
 def _stopval(settings: Settings) -> float | None:

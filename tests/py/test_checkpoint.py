@@ -11,6 +11,7 @@ import time
 import nfopidn
 import numpy as np
 import pytest
+from nfopidn import _core
 from refusal import refused
 from results import same
 
@@ -239,6 +240,7 @@ def spoilt(**changes):
         (spoilt(record=3), "record"),
         (spoilt(record=["a"]), "record"),
         (spoilt(record=[None]), "record"),
+        (spoilt(record=["nan"]), "record"),
         (spoilt(elapsed="long"), "elapsed"),
         (spoilt(problem=None), "another search"),
         (lambda d: json.dumps({k: v for k, v in d.items() if k != "record"}), "record"),
@@ -266,8 +268,16 @@ def test_a_directory_is_refused(rng, tmp_path):
 
 @pytest.mark.parametrize("name", ["none/search.checkpoint", "n" * 300])
 def test_an_unwritable_path_is_refused(name, tmp_path):
+    func = Counted()
     with refused("checkpoint", name):
-        search(checkpoint=tmp_path / name)
+        search(func, checkpoint=tmp_path / name)
+    assert func.calls == 0
+
+
+def test_a_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with refused("checkpoint", "must be a file"):
+        search(checkpoint=tmp_path / "pipe")
 
 
 def long_tuning(**arguments):
@@ -287,16 +297,21 @@ def test_a_time_that_is_over_does_not_undo_what_was_found(path):
     assert longer.fun <= first.fun
 
 
-def test_ctrl_c_while_a_search_is_repeated_keeps_the_checkpoint(path):
+def test_ctrl_c_while_a_search_is_repeated_keeps_the_checkpoint(path, monkeypatch):
     """The core hears of it at its first step, long before the end of the repetition."""
 
     def ctrl_c(*_):
         raise KeyboardInterrupt
 
+    def soon(*arguments):  # within the core: reading the checkpoint alone takes longer
+        signal.setitimer(signal.ITIMER_REAL, 0.005)
+        return core(*arguments)
+
     long_tuning(maxtime=1.0, checkpoint=path)
     text = path.read_text()
+    core = _core.search_controller
+    monkeypatch.setattr(_core, "search_controller", soon)
     before = signal.signal(signal.SIGALRM, ctrl_c)
-    signal.setitimer(signal.ITIMER_REAL, 0.005)
     try:
         result = long_tuning(checkpoint=path)
     finally:

@@ -718,7 +718,7 @@ def test_a_time_limit_leaves_time_for_free_taps(structure):
     result = tune(structure=structure, rng=1, maxfev=10**7, maxtime=1.0)
     assert result.controller.gains is None
     assert result.fun < 0.0152  # gains and orders come to 0.01568
-    assert 0.9 < result.elapsed < 3.0
+    assert result.message == "The time is up."
 
 
 def test_many_first_points_do_not_outlast_the_time():

@@ -186,32 +186,29 @@ inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback
   const auto keep = [&](const SearchResult& found, const Structure& structure) {
     spent += found.evaluations;
     task.evaluations -= found.evaluations;
-    if (!(found.cost < best.cost) && best.x.size() != 0) return;
-    static_cast<SearchResult&>(best) = found;
-    best.structure = structure;
+    if (found.cost < best.cost || best.x.size() == 0) {
+      static_cast<SearchResult&>(best) = found;
+      best.structure = structure;
+    }
+    best.reason = found.reason;  // the last stage's
+  };
+  const auto goes_on = [&] {
+    return best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
   };
   if (task.structure.parameters == ParameterSet::taps && task.start.empty() &&
       task.evaluations > 1) {
     keep(detail::find_start(task, callback), task.structure);
     task.start.assign(best.x.begin(), best.x.end());
   }
-  const bool goes_on =
-      best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
-  if (goes_on && task.structure.either_lateral) {
-    StopReason reason = best.reason;
+  if (!task.structure.either_lateral) {
+    if (goes_on()) keep(detail::run_stage(task, callback), task.structure);
+  } else {
     for (const Lateral lateral : free_tap_laterals) {
       TuningTask one = task;
       one.structure.settings.lateral = lateral;
       if (lateral == free_tap_laterals[0]) one.evaluations -= task.evaluations / 2;
-      if (one.evaluations <= 0) break;
-      const SearchResult stage = detail::run_stage(one, callback);
-      keep(stage, one.structure);
-      reason = stage.reason;
-      if (reason != StopReason::schedule && reason != StopReason::evaluations) break;
+      if (one.evaluations > 0 && goes_on()) keep(detail::run_stage(one, callback), one.structure);
     }
-    best.reason = reason;
-  } else if (goes_on) {
-    keep(detail::run_stage(task, callback), task.structure);
   }
   best.evaluations = spent;
   return best;

@@ -54,7 +54,7 @@ class FunctionObjective : public Objective {
  private:
   // Of the points before the one that raised.
   void keep_answers(double* costs, Eigen::Index count) const {
-    const py::object answered = py::getattr(raised, "answered", py::none());
+    const py::object answered = py::getattr(raised, "_nfopidn_answered", py::none());
     if (!py::isinstance<py::list>(answered)) return;
     for (const auto& answer : answered.cast<py::list>()) {
       if (count-- <= 0 || !py::isinstance<py::float_>(answer)) return;

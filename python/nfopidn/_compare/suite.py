@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from nfopidn._core import Robot, Scenario, Trajectory
+from nfopidn._parameters import ROBOT_FIELDS
 
 #: Times of a lap [s]: slow ones peak at about 0.3 m/s, as the paper's robot does; fast ones are
 #: a third of them.
@@ -34,8 +35,7 @@ CONDITIONS: dict[str, Callable[[Scenario], dict[str, Any]]] = {
 
 def _robot(scenario: Scenario, **factors: float) -> Robot:
     own = scenario.robot
-    names = ("mass", "inertia", "track_width", "wheel_radius")
-    return Robot(**{name: getattr(own, name) * factors.get(name, 1.0) for name in names})
+    return Robot(**{name: getattr(own, name) * factors.get(name, 1.0) for name in ROBOT_FIELDS})
 
 
 def path_names() -> list[str]:

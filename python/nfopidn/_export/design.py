@@ -23,9 +23,9 @@ _LINE = 96
 # Words that a name must not be: it becomes a file, a prefix in C and a namespace in C++.
 _RESERVED_TEXT = """
 alignas alignof and_eq asm bitand bitor char8_t char16_t char32_t co_await co_return co_yield compl
-concept consteval constexpr constinit const_cast decltype dynamic_cast linux mutable noexcept not_eq
-nullptr or_eq reinterpret_cast requires static_assert static_cast thread_local typeid typeof unix
-wchar_t xor xor_eq
+concept consteval constexpr constinit const_cast decltype dynamic_cast explicit linux mutable
+noexcept not_eq nullptr or_eq reinterpret_cast requires static_assert static_cast thread_local
+typeid typeof typeof_unqual unix wchar_t xor xor_eq
 auto break case char class const continue default delete do double else enum extern float for friend
 goto if inline int long namespace new operator private protected public register restrict return
 short signed sizeof static struct switch template this throw try typedef typename union unsigned

@@ -324,7 +324,7 @@ def margins(
     Raises
     ------
     ValueError
-        If the speed is out of range.
+        If the speed is out of range, or the controller's memory beyond 1024 samples.
 
     Examples
     --------

@@ -141,6 +141,11 @@ def controller(controller: Controller) -> ControllerStability:
     ControllerStability
         one `ZPlane` a channel
 
+    Raises
+    ------
+    ValueError
+        If the controller's memory is beyond 1024 samples.
+
     Examples
     --------
     >>> import nfopidn
