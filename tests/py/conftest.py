@@ -12,11 +12,18 @@ import pytest
 
 os.environ["MPLBACKEND"] = "Agg"  # before any import of Matplotlib
 
+import matplotlib.pyplot as plt
 import nfopidn
 from nfopidn import Controller, Scenario
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 GOLDEN = REPOSITORY / "tests" / "golden"
+
+
+@pytest.fixture(autouse=True)
+def _close_figures():
+    yield
+    plt.close("all")
 
 
 @pytest.fixture(scope="session")

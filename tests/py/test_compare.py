@@ -5,6 +5,7 @@ import csv
 import sys
 import threading
 from contextlib import nullcontext
+from pathlib import Path
 
 import nfopidn
 import numpy as np
@@ -20,6 +21,7 @@ from nfopidn._compare import (
     suite_names,
 )
 from nfopidn._compare.ranking import fewest_runs, rank
+from nfopidn._files import save_picture
 from scipy.stats import wilcoxon
 
 SHORT = {"period": 100.0}
@@ -395,3 +397,37 @@ def test_a_missing_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "scipy.stats", None)
     with pytest.raises(ImportError, match=r"pip install 'nfopidn\[compare\]'"):
         rank(["a", "b"], np.arange(20.0).reshape(2, 10))
+
+
+def test_the_command_refuses_to_write_over_what_it_reads(tmp_path, monkeypatch, capsys):
+    Rival("lqr").save(tmp_path / "own.json")
+    text = (tmp_path / "own.json").read_text()
+    words = ["--controllers", "own.json", "--scenarios", "published", "--seeds", "1"]
+    for option in ("--csv", "--markdown"):
+        code, out, err = command(tmp_path, monkeypatch, capsys, *words, option, "./own.json")
+        assert (code, out) == (2, "")
+        assert f"{option} ./own.json: is the file of the input too" in err
+    code, _, err = command(tmp_path, monkeypatch, capsys, *words, "--csv", "y", "--markdown", "y")
+    assert code == 2
+    assert "--markdown y: is the file of --csv too" in err
+    assert (tmp_path / "own.json").read_text() == text
+
+
+def test_a_picture_is_written_whole_or_not_at_all(small, tmp_path, monkeypatch):
+    def fail(self, path, **_):
+        Path(path).write_bytes(b"half")
+        raise OSError("full")
+
+    target = tmp_path / "all.png"
+    target.write_text("old")
+    figure = small[2].plot().figure
+    with monkeypatch.context() as patch:
+        patch.setattr(type(figure), "savefig", fail)
+        with pytest.raises(OSError, match="full"):
+            save_picture(figure, str(target))
+    assert target.read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["all.png"]
+    target.chmod(0o600)
+    save_picture(figure, str(target))
+    assert target.read_bytes().startswith(b"\x89PNG")
+    assert target.stat().st_mode & 0o777 == 0o600

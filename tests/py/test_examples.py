@@ -3,7 +3,6 @@
 import runpy
 import sys
 
-import matplotlib.pyplot as plt
 import pytest
 from conftest import REPOSITORY
 
@@ -15,7 +14,6 @@ def test_an_example_runs(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [name])
     runpy.run_path(str(REPOSITORY / "examples" / name), run_name="__main__")
-    plt.close("all")
     written = list(tmp_path.iterdir())
     assert capsys.readouterr().out or written
     assert all(path.stat().st_size > 0 for path in written)

@@ -110,3 +110,17 @@ def test_a_full_standard_output_is_noticed(arguments, sim):
     assert run.returncode == 2
     assert run.stderr.count("\n") == 1
     assert "No space left" in run.stderr
+
+
+def test_a_written_file_keeps_its_mode_and_a_link_its_place(sim, tmp_path):
+    private = tmp_path / "private.csv"
+    private.write_text("old")
+    private.chmod(0o600)
+    link = tmp_path / "link.json"
+    link.symlink_to("there.json")
+    (tmp_path / "there.json").write_text("old")
+    run = sim("--quiet", "--traj", "circle", "--out", private, "--save-scenario", link)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert private.stat().st_mode & 0o777 == 0o600
+    assert link.is_symlink()
+    assert (tmp_path / "there.json").read_text().startswith("{")

@@ -73,12 +73,6 @@ def diverged():
     return RUNS["diverged"]()
 
 
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
-
-
 def arguments(name, result):
     if name in SCHEMATICS:
         return ()

@@ -1,17 +1,10 @@
 """The figures of stability: what they draw, and that they say the verdict."""
 
 import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from nfopidn import Controller, Scenario, plot, stability
 from refusal import refused
-
-
-@pytest.fixture(autouse=True)
-def _close_figures():
-    yield
-    plt.close("all")
 
 
 def texts(ax):
