@@ -74,6 +74,22 @@ void tuning(benchmark::State& state) {
 }
 BENCHMARK(tuning)->Unit(benchmark::kMillisecond);
 
+// Over eight scenarios, on one thread and on two.
+void tuning_over_eight(benchmark::State& state) {
+  std::vector<Scenario> scenarios(8, Scenario::published());
+  TuningTask task;
+  task.threads = static_cast<int>(state.range(0));
+  for (Scenario& scenario : scenarios) {
+    scenario.robot.mass *= 1 + 0.05 * static_cast<double>(task.scenarios.size());
+    task.scenarios.push_back(&scenario);
+  }
+  for (auto _ : state) {
+    ++task.seed;
+    benchmark::DoNotOptimize(run_tuning(task).cost);
+  }
+}
+BENCHMARK(tuning_over_eight)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+
 // One schedule of the paper, about 4,000 evaluations.
 void paper_schedule(benchmark::State& state) {
   const Scenario scenario = Scenario::published();

@@ -1,6 +1,4 @@
 // Lanes and dual numbers against the scalar loop: the same law, the same plant.
-#include <atomic>
-
 #include "nfopidn/batch.hpp"
 #include "support.hpp"
 
@@ -48,7 +46,7 @@ void expect_equal_costs(const Scenario& scenario, const ControllerSettings<doubl
     if (batch_kernels(instructions).costs == nullptr) continue;
     evaluator.set_instruction_set(instructions);
     std::vector<double> costs(static_cast<std::size_t>(count));
-    evaluator.costs_of_taps(candidates.taps.data(), count, costs.data(), 1 + set);
+    evaluator.costs_of_taps(candidates.taps.data(), count, costs.data());
     for (std::size_t i = 0; i < costs.size(); ++i) {
       const double tolerance = reference[i] < 0.1 ? 1e-12 : 1e-6;
       EXPECT_NEAR(costs[i], reference[i], tolerance * reference[i]) << what << " " << i;
@@ -124,7 +122,7 @@ TEST(Batch, RunsTheExactIntegratorOneByOne) {
   const Candidates candidates = make_candidates({}, 5, 0.1);
   const BatchEvaluator evaluator(prepare(scenario), {});
   std::vector<double> costs(5);
-  evaluator.costs_of_taps(candidates.taps.data(), 5, costs.data(), 2);
+  evaluator.costs_of_taps(candidates.taps.data(), 5, costs.data());
   for (std::size_t i = 0; i < costs.size(); ++i) {
     EXPECT_EQ(costs[i], evaluate(evaluator.run(), candidates.settings[i]));
   }
@@ -142,6 +140,11 @@ void expect_gradient(const Scenario& scenario, const ControllerSettings<double>&
   double alone = 0;
   evaluator.costs_of_taps(candidates.taps.data(), 1, &alone);
   EXPECT_NEAR(cost, alone, 1e-12 * alone) << what;
+  for (const int few : {1, 4, 6, 8, 12, 16, 17}) {
+    double again[size];
+    EXPECT_EQ(evaluator.gradient(candidates.taps.data(), directions.data(), few, again), cost);
+    EXPECT_TRUE(std::equal(again, again + few, slopes)) << what << few;
+  }
   for (int i = 0; i < size; ++i) {
     constexpr double width = 1e-6;
     std::vector<double> around = candidates.taps;
@@ -178,17 +181,47 @@ TEST(Gradient, PassesTheTorqueLimit) {
   }
 }
 
-// Each of the whole once, however many threads are asked for.
-TEST(InShares, CoverTheWholeOnce) {
-  for (const int whole : {0, 1, 2, 7, 64}) {
-    for (const int threads : {-1, 0, 1, 2, 3, 63, std::numeric_limits<int>::max()}) {
-      std::vector<std::atomic<int>> times(static_cast<std::size_t>(whole));
-      in_shares(whole, threads, [&](int first, int count) {
-        for (int i = first; i < first + count; ++i) ++times[static_cast<std::size_t>(i)];
-      });
-      for (const std::atomic<int>& one : times) EXPECT_EQ(one, 1) << whole << ' ' << threads;
-    }
+// Bounds at or over every second candidate's cost, and under the others', hardly or by far.
+void expect_bounds_kept(const Scenario& scenario, const ControllerSettings<double>& structure,
+                        int count, const char* what) {
+  const Candidates candidates = make_candidates(structure, count, 0.3);
+  BatchEvaluator evaluator(prepare(scenario), structure);
+  std::vector<double> exact(static_cast<std::size_t>(count)), bounds = exact;
+  evaluator.costs_of_taps(candidates.taps.data(), count, exact.data());
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    constexpr double shares[] = {1.0, 0.99, 1.01, 0.01};
+    bounds[i] = shares[i % 4] * exact[i];
   }
+  std::vector<double> first;
+  for (int set = 0; set < 4; ++set) {
+    const auto instructions = static_cast<InstructionSet>(set);
+    if (batch_kernels(instructions).costs == nullptr) continue;
+    evaluator.set_instruction_set(instructions);
+    std::vector<double> costs(exact.size());
+    evaluator.costs_of_taps(candidates.taps.data(), count, costs.data(), bounds.data());
+    int given_up = 0;
+    for (std::size_t i = 0; i < costs.size(); ++i) {
+      if (i % 2 == 0) {
+        EXPECT_EQ(costs[i], exact[i]) << what << ' ' << i;
+      } else {
+        EXPECT_GT(costs[i], bounds[i]) << what << ' ' << i;
+      }
+      given_up += costs[i] > 1.001 * exact[i] ? 1 : 0;
+    }
+    EXPECT_GT(given_up, 0) << what;
+    if (first.empty()) first = costs;
+    EXPECT_EQ(costs, first) << what << ": " << ChoiceNames<InstructionSet>::names[set];
+  }
+}
+
+TEST(Batch, GivesUpNoCandidateThatKeepsItsBound) {
+  expect_bounds_kept(Scenario::published(), {}, 61, "published");
+  ControllerSettings<double> settings;
+  settings.memory = 8;
+  expect_bounds_kept(Scenario::published(), settings, 13, "memory 8");
+  Scenario scenario = Scenario::published();
+  scenario.integrator = Integrator::exact;
+  expect_bounds_kept(scenario, {}, 9, "one by one");
 }
 
 }  // namespace

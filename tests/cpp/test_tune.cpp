@@ -31,6 +31,60 @@ TEST(TuneObjective, IsTheMeanOfTheWorstScenarios) {
   EXPECT_NEAR(cost(0), each[2], 1e-10);
 }
 
+// The same costs from all, whoever asks with bounds.
+class Unbounded : public Objective {
+ public:
+  explicit Unbounded(Objective& objective) : objective_(objective) {}
+  bool has_gradient() const override { return objective_.has_gradient(); }
+  bool is_cheap() const override { return objective_.is_cheap(); }
+  void costs(const Points& points, double* costs) override { objective_.costs(points, costs); }
+  double gradient(const Point& point, double* slopes) override {
+    return objective_.gradient(point, slopes);
+  }
+
+ private:
+  Objective& objective_;
+};
+
+// Neither threads nor what is given up early leads a search elsewhere.
+TEST(TuneObjective, LeadsASearchToOnePlace) {
+  Scenario heavy = Scenario::published();
+  heavy.robot.mass = 20;
+  const Scenario published = Scenario::published();
+  const std::vector<std::vector<const Scenario*>> lists = {{&published}, {&published, &heavy}};
+  const Structure structure = named_structure(StructureName::extended);
+  const std::vector<ParameterBounds> bounds = default_bounds(structure);
+  const auto size = static_cast<Eigen::Index>(bounds.size());
+  Point low(size), high(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    low(i) = bounds[static_cast<std::size_t>(i)].low;
+    high(i) = bounds[static_cast<std::size_t>(i)].high;
+  }
+  for (const auto& scenarios : lists) {
+    const auto find = [&](int threads, bool bounded) {
+      TuneObjective objective(scenarios, structure, FreeParameters::all(bounds.size()),
+                              static_cast<int>(size), 0.7, threads);
+      Unbounded unbounded(objective);
+      Objective& used = bounded ? static_cast<Objective&>(objective) : unbounded;
+      Search search(used, {low, high, tuning_bend(low)}, {6000}, 5);
+      BfoaPlus(search, {}, 6000).run();
+      return search.result;
+    };
+    const SearchResult plain = find(1, false);
+    for (const int threads : {1, 2, 3}) {
+      const SearchResult found = find(threads, true);
+      EXPECT_EQ(found.x, plain.x);
+      EXPECT_EQ(found.cost, plain.cost);
+      ASSERT_EQ(found.history.size(), plain.history.size());
+      for (std::size_t row = 0; row < plain.history.size(); ++row) {
+        EXPECT_EQ(found.history[row].evaluations, plain.history[row].evaluations);
+        EXPECT_EQ(found.history[row].best, plain.history[row].best);
+        EXPECT_EQ(found.history[row].mean, plain.history[row].mean);
+      }
+    }
+  }
+}
+
 // On the published scenario the lateral error as it is serves free taps better than by speed.
 TEST(RunTuning, ChoosesWhatTheLateralChannelIsFed) {
   const Scenario scenario = Scenario::published();

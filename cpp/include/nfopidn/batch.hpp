@@ -1,10 +1,7 @@
-// L4. Costs of many candidates at once, on wide instructions chosen at run time, and threads.
+// L4. Costs of many candidates at once, on wide instructions chosen at run time.
 #pragma once
 
 #include <memory>
-#include <string>
-#include <system_error>
-#include <thread>
 #include <vector>
 
 #include "nfopidn/batch_job.hpp"
@@ -31,32 +28,8 @@ InstructionSet best_instruction_set() noexcept;
 // Null pointers for one that this build or this processor does not have.
 BatchKernels batch_kernels(InstructionSet set) noexcept;
 
-// Calls run(first, count) for equal shares of `whole`, each on a thread of its own; where no thread
-// is to be had, on this one. run() must not throw on another thread.
-template <class Run>
-void in_shares(int whole, int threads, Run&& run) {
-  if (whole <= 0) return;
-  const int share = (whole - 1) / std::max(1, std::min(threads, whole)) + 1;
-  struct Joined : std::vector<std::thread> {
-    ~Joined() {
-      for (std::thread& helper : *this) helper.join();
-    }
-  } helpers;
-  helpers.reserve(static_cast<std::size_t>((whole - 1) / share));
-  int first = share;
-  try {
-    for (; first < whole; first += share) {
-      const int count = std::min(share, whole - first);
-      helpers.emplace_back([&run, first, count] { run(first, count); });
-    }
-  } catch (const std::system_error&) {
-    run(first, whole - first);
-  }
-  run(0, std::min(share, whole));
-}
-
 // One scenario and structure, many candidates. The costs are the same to the last bit on every
-// instruction set and any number of threads. Scenarios with the exact integrator and memories
+// instruction set and in any company. Scenarios with the exact integrator and memories
 // beyond 32 run one candidate at a time.
 class BatchEvaluator {
  public:
@@ -80,10 +53,17 @@ class BatchEvaluator {
   const ControllerSettings<double>& structure() const { return structure_; }
   const PreparedRun& run() const { return run_; }
 
-  // taps: [candidates][3][tap_count], costs: [candidates].
-  void costs_of_taps(const double* taps, int candidates, double* costs, int threads = 1) const {
-    in_shares(candidates, threads,
-              [&](int first, int count) { run_block(taps, first, count, costs); });
+  // taps: [candidates][3][tap_count], costs and bounds: [candidates]. A candidate that costs more
+  // than its bound is given some cost over it, and less work.
+  void costs_of_taps(const double* taps, int candidates, double* costs,
+                     const double* bounds = nullptr) const {
+    if (kernels_.costs == nullptr) {
+      run_one_by_one(taps, candidates, costs, bounds);
+      return;
+    }
+    LoopInputs<double> inputs = run_.inputs();
+    inputs.headings = headings_.data();
+    kernels_.costs(job(inputs, taps, candidates, costs, bounds));
   }
 
   // The cost of one candidate's taps, [3][tap_count], and its slopes in the directions in which
@@ -92,7 +72,7 @@ class BatchEvaluator {
     double cost = 0;
     if (kernels_.gradient != nullptr) {
       const LoopInputs<double> inputs = run_.inputs();
-      kernels_.gradient({job(inputs, taps, 1, &cost), slopes, directions, result});
+      kernels_.gradient({job(inputs, taps, 1, &cost, nullptr), slopes, directions, result});
       return cost;
     }
     for (int i = 0; i < directions; ++i) {
@@ -103,10 +83,10 @@ class BatchEvaluator {
   }
 
  private:
-  BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count,
-               double* costs) const {
+  BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count, double* costs,
+               const double* bounds) const {
     return {&run_.plant, &inputs,     &run_.start, &structure_, &run_.limits,
-            taps,        tap_count(), count,       costs};
+            taps,        tap_count(), count,       costs,       bounds};
   }
 
   double directional(const double* taps, const double* slopes, double& slope) const {
@@ -126,26 +106,19 @@ class BatchEvaluator {
     return result.cost.value;
   }
 
-  void run_block(const double* taps, int first, int count, double* costs) const {
-    const double* block = taps + static_cast<std::ptrdiff_t>(first) * channel_count * tap_count();
-    if (kernels_.costs == nullptr) {
-      run_one_by_one(block, count, costs + first);
-      return;
-    }
-    LoopInputs<double> inputs = run_.inputs();
-    inputs.headings = headings_.data();
-    kernels_.costs(job(inputs, block, count, costs + first));
-  }
-
-  void run_one_by_one(const double* taps, int count, double* costs) const {
+  void run_one_by_one(const double* taps, int count, double* costs, const double* bounds) const {
+    const LoopInputs<double> inputs = run_.inputs();
     with_tap_controller(structure_, run_.limits, [&](auto& law) {
       for (int i = 0; i < count; ++i) {
         const double* own = taps + static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
         const std::ptrdiff_t row = tap_count();
         law.set_taps(own, own + row, own + 2 * row, tap_count());
         law.reset();
+        LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
+        const BoundedMeter<double> meter(inputs.divergence_distance,
+                                         bounds == nullptr ? no_bound : bounds[i], inputs.samples);
         costs[i] =
-            run_closed_loop<double>(run_.plant, law, run_.start, run_.inputs(), [](int, auto&&...) {
+            run_metered_loop<double>(run_.plant, law, loop, inputs, meter, [](int, auto&&...) {
             }).cost;
       }
     });

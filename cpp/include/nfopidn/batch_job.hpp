@@ -16,7 +16,8 @@ struct BatchJob {
   const double* taps;  // [candidates][3][tap_count]
   int tap_count;
   int candidates;
-  double* costs;  // [candidates]
+  double* costs;         // [candidates]
+  const double* bounds;  // [candidates], or null: whoever costs more is given some cost over it
 };
 
 // One candidate and the slopes of its taps in several directions.

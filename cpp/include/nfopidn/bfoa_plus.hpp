@@ -105,7 +105,7 @@ class BfoaPlus {
         sparse(steps_(k), places_.col(k));
       }
     }
-    search_.evaluate(places_, found_);
+    search_.evaluate(places_, found_, &costs_);
     settle(found_);
   }
 

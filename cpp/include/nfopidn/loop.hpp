@@ -74,11 +74,38 @@ class CostMeter {
 
   constexpr Scalar mean(int samples) const { return sum_ * (Base(1) / Base(samples)); }
 
- private:
+  // Called now and then; here nothing is dear enough to be given up.
+  constexpr void weigh() {}
+
+ protected:
   Scalar sum_ = Scalar(Base(0));
   Base square_limit_;
   typename M::Mask running_ = M::all();
   bool all_running_ = true;
+};
+
+constexpr double no_bound = 1e300;  // no cost is over it
+
+// Takes a component as diverged once its cost over `samples` is sure to be over `bound`: it then
+// has some cost over it.
+template <class Scalar>
+class BoundedMeter : public CostMeter<Scalar> {
+ public:
+  using Base = base_t<Scalar>;
+  using M = math<Scalar>;
+
+  constexpr BoundedMeter(Base divergence_distance, const Scalar& bound, int samples)
+      : CostMeter<Scalar>(divergence_distance), most_(bound * (Base(samples) * rounding)) {}
+
+  constexpr void weigh() {
+    this->running_ = M::both(this->running_, this->sum_ <= most_);
+    this->all_running_ = M::every(this->running_);
+  }
+
+ private:
+  static constexpr Base rounding = Base(1.000001);
+
+  Scalar most_;
 };
 
 template <class Scalar>
@@ -176,13 +203,14 @@ constexpr bool takes_errors<Law, Scalar,
                                 std::declval<ReferenceSample<base_t<Scalar>>>()))>> = true;
 
 // Without noise the true and the measured pose are one, and its cosine and sine are computed once.
-template <bool noisy, class Scalar, class Law, class Observer>
+template <bool noisy, class Scalar, class Law, class Meter, class Observer>
 constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& law,
                                       LoopState<Scalar>& loop,
-                                      const LoopInputs<base_t<Scalar>>& inputs, Observer& observe) {
+                                      const LoopInputs<base_t<Scalar>>& inputs, Meter meter,
+                                      Observer& observe) {
   using Base = base_t<Scalar>;
-  CostMeter<Scalar> meter(inputs.divergence_distance);
-  State<Scalar> state = loop.robot;  // a copy, so that it never leaves its registers
+  constexpr int weighing_period = 32;  // a power of two
+  State<Scalar> state = loop.robot;    // a copy, so that it never leaves its registers
   Lookout<Scalar> lookout;
   for (int k = 0; k < inputs.samples; ++k) {
     const ReferenceSample<Base>& reference = inputs.reference[k];
@@ -205,6 +233,7 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
     } else {
       torque = law.step(measured, shown);
     }
+    if (k % weighing_period == weighing_period - 1) meter.weigh();
     const bool running = meter.add(error, torque, reference);
     if (!running) {
       meter.miss(inputs.samples - k - 1);
@@ -222,6 +251,17 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
 
 }  // namespace detail
 
+// As run_closed_loop() below, with another meter than a plain CostMeter.
+template <class Scalar, class Law, class Meter, class Observer>
+constexpr LoopResult<Scalar> run_metered_loop(const Plant<base_t<Scalar>>& plant, Law& law,
+                                              LoopState<Scalar>& loop,
+                                              const LoopInputs<base_t<Scalar>>& inputs,
+                                              const Meter& meter, Observer&& observe) {
+  return inputs.noise != nullptr
+             ? detail::run_loop<true, Scalar>(plant, law, loop, inputs, meter, observe)
+             : detail::run_loop<false, Scalar>(plant, law, loop, inputs, meter, observe);
+}
+
 // Runs `law` against `plant` from where `loop` stands, which is then where it ended; of a run that
 // diverges the robot's state stays as it was. `observe(k, state, commanded, applied)` is called at
 // each sample, before the robot moves; a run that diverges ends before it is called.
@@ -230,9 +270,8 @@ constexpr LoopResult<Scalar> run_closed_loop(const Plant<base_t<Scalar>>& plant,
                                              LoopState<Scalar>& loop,
                                              const LoopInputs<base_t<Scalar>>& inputs,
                                              Observer&& observe) {
-  return inputs.noise != nullptr
-             ? detail::run_loop<true, Scalar>(plant, law, loop, inputs, observe)
-             : detail::run_loop<false, Scalar>(plant, law, loop, inputs, observe);
+  return run_metered_loop<Scalar>(plant, law, loop, inputs,
+                                  CostMeter<Scalar>(inputs.divergence_distance), observe);
 }
 
 // The same from `state`, with no torque on its way to the wheels.

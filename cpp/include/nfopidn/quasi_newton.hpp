@@ -130,7 +130,9 @@ class QuasiNewton {
   }
 
   bool take_best(const Points& candidates, Point& point, double& cost) {
-    const Eigen::VectorXd costs = search_.evaluate(candidates);
+    const Eigen::VectorXd bounds = Eigen::VectorXd::Constant(candidates.cols(), cost);
+    Eigen::VectorXd costs;
+    search_.evaluate(candidates, costs, &bounds);
     Eigen::Index best = 0;
     const double least = costs.minCoeff(&best);
     if (!(least < cost)) return false;

@@ -26,6 +26,10 @@ class Objective {
  public:
   virtual ~Objective() = default;
   virtual void costs(const Points& points, double* costs) = 0;
+  // The same for a caller to whom all costs over a bound of theirs are one.
+  virtual void bounded_costs(const Points& points, const double* /*bounds*/, double* costs) {
+    this->costs(points, costs);
+  }
   // Whether gradient() is there, and whether points evaluated in vain cost next to nothing.
   virtual bool has_gradient() const { return false; }
   virtual bool is_cheap() const { return false; }
@@ -118,11 +122,13 @@ class Search {
     evaluate(unit, costs);
     return costs;
   }
-  // The same into `costs`, which keeps its memory where the size is the same.
-  void evaluate(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
+  // The same into `costs`, which keeps its memory where the size is the same. With `bounds`, what
+  // costs more than its own of them has some cost over it.
+  void evaluate(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs,
+                const Eigen::VectorXd* bounds = nullptr) {
     const Eigen::Index asked =
         std::min<Eigen::Index>(unit.cols(), std::max<std::int64_t>(left(), 0));
-    const Eigen::Index answered = ask(unit, costs, asked, true);
+    const Eigen::Index answered = ask(unit, costs, asked, true, bounds);
     for (Eigen::Index j = 0; j < unit.cols(); ++j) {
       if (j == answered) stop(answered < asked ? StopReason::time : StopReason::evaluations);
       if (j == answered || !count(unit.col(j), costs(j))) {
@@ -134,7 +140,7 @@ class Search {
 
   // Costs without counting: for points that may turn out not to be wanted. count() those that are.
   void look(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
-    ask(unit, costs, unit.cols(), false);
+    ask(unit, costs, unit.cols(), false, nullptr);
   }
 
   // Counts one evaluation. False, and nothing is counted, when the search is over.
@@ -203,7 +209,7 @@ class Search {
   // Costs of the first `wanted` of unit points, infinite for the others; in pieces of what the
   // objective takes at once, and if `timed` for as long as there is time. Tells how many there are.
   Eigen::Index ask(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs,
-                   Eigen::Index wanted, bool timed) {
+                   Eigen::Index wanted, bool timed, const Eigen::VectorXd* bounds) {
     costs.setConstant(unit.cols(), std::numeric_limits<double>::infinity());
     if (check_limits()) return 0;
     const Eigen::Index most = std::min(objective_.most_at_once(), wanted);
@@ -212,7 +218,11 @@ class Search {
       const Eigen::Index size = std::min(most, wanted - first);
       answer(costs.data() + first, static_cast<std::size_t>(size), [&] {
         box_.to_user(unit.middleCols(first, size), asked_);
-        objective_.costs(asked_, costs.data() + first);
+        if (bounds == nullptr) {
+          objective_.costs(asked_, costs.data() + first);
+        } else {
+          objective_.bounded_costs(asked_, bounds->data() + first, costs.data() + first);
+        }
       });
     }
     return std::min(first, wanted);

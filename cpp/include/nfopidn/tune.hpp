@@ -5,6 +5,7 @@
 #include "nfopidn/bfoa.hpp"
 #include "nfopidn/bfoa_plus.hpp"
 #include "nfopidn/structures.hpp"
+#include "nfopidn/team.hpp"
 
 namespace nfopidn {
 
@@ -38,7 +39,7 @@ class TuneObjective : public Objective {
         parameters_(std::move(parameters)),
         dimension_(dimension),
         share_(share),
-        threads_(threads) {
+        team_(threads) {
     for (const Scenario* scenario : scenarios) {
       evaluators_.emplace_back(prepare(*scenario), structure.settings);
     }
@@ -50,21 +51,24 @@ class TuneObjective : public Objective {
   Eigen::Index most_at_once() const override { return 4096; }
 
   void costs(const Points& points, double* costs) override {
-    const std::size_t size = tap_size();
-    std::vector<double> taps(static_cast<std::size_t>(points.cols()) * size);
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      parameters_to_taps(structure_, parameters_.full(points.col(j).data()),
-                         taps.data() + static_cast<std::size_t>(j) * size);
-    }
+    bounded_costs(points, nullptr, costs);
+  }
+  void bounded_costs(const Points& points, const double* bounds, double* costs) override {
+    const std::vector<double> taps = taps_of(points);
     const int count = static_cast<int>(points.cols());
-    if (evaluators_.size() == 1) {
-      evaluators_[0].costs_of_taps(taps.data(), count, costs, threads_);
+    const int scenarios = static_cast<int>(evaluators_.size());
+    if (scenarios == 1) {
+      share_out_costs(taps, count, bounds, costs);
       return;
     }
-    Eigen::MatrixXd each(points.cols(), static_cast<Eigen::Index>(evaluators_.size()));
-    for (std::size_t s = 0; s < evaluators_.size(); ++s) {
-      evaluators_[s].costs_of_taps(taps.data(), count,
-                                   each.col(static_cast<Eigen::Index>(s)).data(), threads_);
+    Eigen::MatrixXd each(count, scenarios);
+    if (bounds == nullptr) {
+      share_out_costs(taps, count, nullptr, each.data());
+    } else {
+      // The mean of the worst is not under the mean of all, to which each gives its share.
+      const Eigen::VectorXd each_bound =
+          Eigen::Map<const Eigen::VectorXd>(bounds, count) * static_cast<double>(scenarios);
+      share_out_costs(taps, count, each_bound.data(), each.data());
     }
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
       const Eigen::VectorXd row = each.row(j);
@@ -87,19 +91,58 @@ class TuneObjective : public Objective {
         directions[static_cast<std::size_t>(i) * size + n] = fused[n].slope;
       }
     }
-    const auto count = static_cast<Eigen::Index>(evaluators_.size());
+    const int count = static_cast<int>(evaluators_.size());
     Eigen::VectorXd each(count);
     Eigen::MatrixXd each_slopes(dimension_, count);
-    for (Eigen::Index s = 0; s < count; ++s) {
-      each(s) = evaluators_[static_cast<std::size_t>(s)].gradient(
-          taps.data(), directions.data(), dimension_, each_slopes.col(s).data());
-    }
+    constexpr int together = 16;  // directions that take hardly longer than half of them
+    in_shares(dimension_, together, [&](int scenario, int first, int directions_there) {
+      const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
+          taps.data(), directions.data() + static_cast<std::size_t>(first) * size, directions_there,
+          each_slopes.col(scenario).data() + first);
+      if (first == 0) each(scenario) = cost;
+    });
     const Eigen::VectorXd weight = worst_share(each, share_);
     Eigen::Map<Eigen::VectorXd>(slopes, dimension_) = each_slopes * weight;
     return each.dot(weight);
   }
 
  private:
+  // Calls run(scenario, first, count) until each scenario has all of `size` things; see Team.
+  template <class Run>
+  void in_shares(int size, int least, const Run& run) {
+    team_.in_shares(static_cast<int>(evaluators_.size()) * size, least, [&](int first, int count) {
+      while (count > 0) {
+        const int from = first % size;
+        const int there = std::min(count, size - from);
+        run(first / size, from, there);
+        first += there;
+        count -= there;
+      }
+    });
+  }
+
+  // costs: [scenarios][count], bounds: [count].
+  void share_out_costs(const std::vector<double>& taps, int count, const double* bounds,
+                       double* costs) {
+    constexpr int together = 8;  // candidates, with the widest instructions
+    in_shares(count, together, [&](int scenario, int first, int there) {
+      evaluators_[static_cast<std::size_t>(scenario)].costs_of_taps(
+          taps.data() + static_cast<std::size_t>(first) * tap_size(), there,
+          costs + static_cast<std::ptrdiff_t>(scenario) * count + first,
+          bounds == nullptr ? nullptr : bounds + first);
+    });
+  }
+
+  std::vector<double> taps_of(const Points& points) const {
+    const std::size_t size = tap_size();
+    std::vector<double> taps(static_cast<std::size_t>(points.cols()) * size);
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      parameters_to_taps(structure_, parameters_.full(points.col(j).data()),
+                         taps.data() + static_cast<std::size_t>(j) * size);
+    }
+    return taps;
+  }
+
   std::size_t tap_size() const {
     return static_cast<std::size_t>(channel_count) *
            static_cast<std::size_t>(structure_.settings.memory + 2);
@@ -110,7 +153,7 @@ class TuneObjective : public Objective {
   FreeParameters parameters_;
   int dimension_;
   double share_;
-  int threads_;
+  Team team_;
 };
 
 // A tuning with bfoa+ and default options, for programs; all of its parameters are free within

@@ -12,8 +12,8 @@ namespace nfopidn {
 constexpr int lane_slack = 25;
 constexpr int small_capacity = 7;  // memory 5, the paper's
 
-template <bool noisy, class Scalar, int capacity>
-inline LoopResult<Scalar> run_law(const BatchJob& job,
+template <bool noisy, class Scalar, class Meter, int capacity>
+inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter,
                                   const Scalar (&taps)[channel_count][capacity]) {
   Controller<Scalar, Fir<Scalar, capacity, lane_slack>> law;
   law.configure_structure(*job.structure, *job.limits);
@@ -23,15 +23,17 @@ inline LoopResult<Scalar> run_law(const BatchJob& job,
   LoopState<Scalar> loop = {start, DelayLine<Scalar>(job.inputs->delay)};
   const auto ignore = [](int, const State<Scalar>&, const TorquePair<Scalar>&,
                          const TorquePair<Scalar>&) {};
-  return detail::run_loop<noisy, Scalar>(*job.plant, law, loop, *job.inputs, ignore);
+  return detail::run_loop<noisy, Scalar>(*job.plant, law, loop, *job.inputs, meter, ignore);
 }
 
 // Runs the candidates first .. first + Wide::size - 1; past the last one, the last one again.
 template <class Wide, int capacity, bool noisy>
 inline void run_lanes(const BatchJob& job, int first) {
   Wide taps[channel_count][capacity];
+  Wide bound(no_bound);
   for (int lane = 0; lane < Wide::size; ++lane) {
     const int candidate = first + lane < job.candidates ? first + lane : job.candidates - 1;
+    if (job.bounds != nullptr) bound.set(lane, job.bounds[candidate]);
     const double* source = job.taps + static_cast<long>(candidate) * channel_count * job.tap_count;
     for (int channel = 0; channel < channel_count; ++channel) {
       for (int j = 0; j < job.tap_count; ++j) {
@@ -39,7 +41,8 @@ inline void run_lanes(const BatchJob& job, int first) {
       }
     }
   }
-  const LoopResult<Wide> result = run_law<noisy>(job, taps);
+  const BoundedMeter<Wide> meter(job.inputs->divergence_distance, bound, job.inputs->samples);
+  const LoopResult<Wide> result = run_law<noisy>(job, meter, taps);
   for (int lane = 0; lane < Wide::size && first + lane < job.candidates; ++lane) {
     job.costs[first + lane] = result.cost.get(lane);
   }
@@ -64,7 +67,8 @@ inline void run_dual(const GradientJob& gradient, int first) {
       }
     }
   }
-  const LoopResult<Scalar> result = run_law<noisy>(job, taps);
+  const CostMeter<Scalar> meter(job.inputs->divergence_distance);
+  const LoopResult<Scalar> result = run_law<noisy>(job, meter, taps);
   job.costs[0] = result.cost.value;
   for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
     gradient.gradient[first + lane] = result.cost.slope.get(lane);
@@ -109,11 +113,17 @@ inline void run_batch(const BatchJob& job) {
   });
 }
 
-template <class Wide>
+// Up to `count` vectors of directions at once, or half of them if that is enough.
+template <int width, int count>
 inline void run_gradient(const GradientJob& job) {
+  constexpr int half = (count + 1) / 2;
   with_loop(job.batch, [&](auto capacity, auto noisy) {
-    for (int first = 0; first < job.directions; first += Wide::size) {
-      run_dual<Wide, capacity(), noisy()>(job, first);
+    for (int first = 0; first < job.directions; first += width * count) {
+      if (job.directions - first <= width * half) {
+        run_dual<Lanes<width, half>, capacity(), noisy()>(job, first);
+      } else {
+        run_dual<Lanes<width, count>, capacity(), noisy()>(job, first);
+      }
     }
   });
 }

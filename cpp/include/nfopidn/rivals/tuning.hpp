@@ -15,12 +15,12 @@ class RivalObjective : public Objective {
       : design_(std::move(design)),
         parameters_(std::move(parameters)),
         share_(share),
-        threads_(threads) {
+        team_(threads) {
     for (const Scenario* scenario : scenarios) runs_.push_back(prepare(*scenario));
   }
 
   void costs(const Points& points, double* costs) override {
-    in_shares(static_cast<int>(points.cols()), threads_, [&](int first, int count) {
+    team_.in_shares(static_cast<int>(points.cols()), 1, [&](int first, int count) {
       for (int j = first; j < first + count; ++j) costs[j] = cost(points.col(j));
     });
   }
@@ -40,7 +40,7 @@ class RivalObjective : public Objective {
   RivalDesign design_;
   FreeParameters parameters_;
   double share_;
-  int threads_;
+  Team team_;
 };
 
 }  // namespace nfopidn::rivals

@@ -1,0 +1,119 @@
+// Shares of work on several threads.
+#include <sys/wait.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include "nfopidn/team.hpp"
+#include "support.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+std::vector<int> times_run(Team& team, int whole, int least, std::vector<int>* shares = nullptr) {
+  std::vector<std::atomic<int>> times(static_cast<std::size_t>(whole));
+  std::mutex mutex;
+  team.in_shares(whole, least, [&](int first, int count) {
+    for (int i = first; i < first + count; ++i) ++times[static_cast<std::size_t>(i)];
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (shares != nullptr) shares->push_back(count);
+  });
+  return {times.begin(), times.end()};
+}
+
+// Each of the whole once, however many threads are asked for, again and again.
+TEST(Team, CoversTheWholeOnce) {
+  for (const int threads : {-1, 0, 1, 2, 3, 63, std::numeric_limits<int>::max()}) {
+    Team team(threads);
+    for (const int whole : {0, 1, 2, 7, 64, 5, 64}) {
+      const std::vector<int> once(static_cast<std::size_t>(whole), 1);
+      EXPECT_EQ(times_run(team, whole, 1), once) << whole << ' ' << threads;
+      EXPECT_EQ(times_run(team, whole, 0), once) << whole << ' ' << threads;
+      EXPECT_EQ(times_run(team, whole, 8), once) << whole << ' ' << threads;
+    }
+  }
+  Team team(2);
+  for (int round = 0; round < 2000; ++round) {
+    EXPECT_EQ(times_run(team, 2, 1), std::vector<int>({1, 1}));
+  }
+}
+
+TEST(Team, SharesAreEqualAndLargeEnough) {
+  Team team(4);
+  const auto shares = [&](int whole, int least) {
+    std::vector<int> result;
+    times_run(team, whole, least, &result);
+    std::sort(result.begin(), result.end());
+    return result;
+  };
+  EXPECT_EQ(shares(8, 1), std::vector<int>({2, 2, 2, 2}));
+  EXPECT_EQ(shares(7, 1), std::vector<int>({1, 2, 2, 2}));
+  EXPECT_EQ(shares(8, 8), std::vector<int>({8}));
+  EXPECT_EQ(shares(16, 8), std::vector<int>({8, 8}));
+  EXPECT_EQ(shares(100, 8), std::vector<int>({25, 25, 25, 25}));
+}
+
+TEST(Team, UsesThreadsAndKeepsThem) {
+  Team team(3);
+  const auto threads = [&] {
+    std::mutex mutex;
+    std::vector<std::thread::id> ids;
+    team.in_shares(3, 1, [&](int, int) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      ids.push_back(std::this_thread::get_id());
+    });
+    std::sort(ids.begin(), ids.end());
+    return ids;
+  };
+  const std::vector<std::thread::id> first = threads();
+  ASSERT_EQ(first.size(), 3U);
+  EXPECT_NE(first[0], first[1]);
+  EXPECT_NE(first[1], first[2]);
+  EXPECT_EQ(threads(), first);
+}
+
+// While others are at it, a caller does the work alone.
+TEST(Team, ServesSeveralCallers) {
+  Team team(2);
+  std::vector<std::thread> callers;
+  std::atomic<int> sum{0};
+  callers.reserve(4);
+  for (int caller = 0; caller < 4; ++caller) {
+    callers.emplace_back([&] {
+      for (int round = 0; round < 200; ++round) {
+        team.in_shares(10, 1, [&](int, int count) { sum += count; });
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(sum, 4 * 200 * 10);
+  // One that is called from a share is a caller on its own.
+  sum = 0;
+  team.in_shares(2, 1,
+                 [&](int, int) { team.in_shares(3, 1, [&](int, int count) { sum += count; }); });
+  EXPECT_EQ(sum, 6);
+}
+
+TEST(Team, OutlivesWhatTheCallersShareThrows) {
+  Team team(2);
+  const auto fail = [](int first, int) {
+    if (first == 0) throw std::runtime_error("mine");
+  };
+  EXPECT_THROW(team.in_shares(2, 1, fail), std::runtime_error);
+  EXPECT_EQ(times_run(team, 2, 1), std::vector<int>({1, 1}));
+}
+
+TEST(Team, WorksInAForkedProcess) {
+  Team team(2);
+  times_run(team, 2, 1);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) _exit(times_run(team, 2, 1) == std::vector<int>({1, 1}) ? 0 : 1);
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(times_run(team, 2, 1), std::vector<int>({1, 1}));
+}
+
+}  // namespace
+}  // namespace nfopidn::test
