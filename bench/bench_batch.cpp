@@ -1,5 +1,5 @@
 // Time of many candidates at once, a step and lane, for each instruction set; of a gradient; and of
-// whole tunings, on one core.
+// whole tunings. On one core unless said otherwise.
 #include <benchmark/benchmark.h>
 
 #include "nfopidn/tune.hpp"

@@ -1,8 +1,10 @@
 // The command line: runs a scenario under a controller.
 #include <CLI/CLI.hpp>
 #include <array>
+#include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "nfopidn/io/options.hpp"
 #include "nfopidn/tune.hpp"
@@ -14,6 +16,7 @@ using namespace nfopidn;
 constexpr int exit_done = 0;
 constexpr int exit_bad_input = 2;
 constexpr int exit_diverged = 3;
+constexpr int exit_interrupted = 130;
 
 struct Arguments {
   Words trajectory, robot, scenario, controller;
@@ -24,6 +27,13 @@ struct Arguments {
   bool json = false;
   bool quiet = false;
 };
+
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+  char line[512];
+  std::snprintf(line, sizeof line, pattern, values...);
+  return line;
+}
 
 std::string default_text(const Json& value) {
   if (value.is_null()) return "the reference's start";
@@ -129,7 +139,8 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(
       "Without options but --traj ranunculoid this is the paper's scenario under its gains.\n"
       "Torques have the paper's sign: a positive left torque turns the robot counter-clockwise.\n"
-      "Exit code: 0 done, 2 bad usage or bad file, 3 the run diverged.");
+      "Exit code: 0 done, 2 bad usage or bad file, 3 the run diverged, 130 --tune was interrupted\n"
+      "(by Ctrl-C or SIGTERM; the best so far is run and written).");
 }
 
 bool is_csv(const std::string& name) {
@@ -152,7 +163,13 @@ Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
     TrajectorySettings settings;
     const Json object = words_to_json<TrajectorySettings>(words);
     if (Outcome outcome = read_settings(object, "trajectory", settings); !outcome) return outcome;
-    return load_trajectory(path, settings, scenario.trajectory);
+    Outcome outcome = load_trajectory(path, settings, scenario.trajectory);
+    const double step = scenario.trajectory.settings.dt;
+    if (outcome && words.count("dt") != 0 && step != settings.dt) {
+      return {Status::inconsistent, "--dt does not apply to " + path + ": its times are " +
+                                        format("%g", step) + " s apart"};
+    }
+    return outcome;
   }
   if (name != words.end() && name->second == "samples") {
     return {Status::not_a_choice, "--traj samples has no positions; give a FILE.csv"};
@@ -163,7 +180,13 @@ Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
     scenario.trajectory = {};
   }
   object.update(words_to_json<TrajectorySettings>(words));
-  return read_trajectory(object, "trajectory", scenario.trajectory);
+  Outcome outcome = read_trajectory(object, "trajectory", scenario.trajectory);
+  const Curve curve = scenario.trajectory.settings.name;
+  if (outcome && words.count("cusps") != 0 && curve != Curve::ranunculoid) {
+    return {Status::inconsistent, std::string("--cusps does not apply to the path ") +
+                                      ChoiceNames<Curve>::names[static_cast<int>(curve)]};
+  }
+  return outcome;
 }
 
 Outcome load_disturbance(const std::string& path, Json& result) {
@@ -299,6 +322,29 @@ Outcome check_start(const Arguments& arguments, const ControllerDesign& design) 
   return {};
 }
 
+// While this is there, Ctrl-C and SIGTERM ask a search to stop; a second one ends the program.
+class StopRequests {
+ public:
+  StopRequests() {
+    struct sigaction action = {};
+    action.sa_handler = [](int) { asked_ = 1; };
+    action.sa_flags = SA_RESETHAND;
+    for (std::size_t i = 0; i < 2; ++i) ::sigaction(signals[i], &action, &before_[i]);
+  }
+  ~StopRequests() {
+    for (std::size_t i = 0; i < 2; ++i) ::sigaction(signals[i], &before_[i], nullptr);
+  }
+  StopRequests(const StopRequests&) = delete;
+  StopRequests& operator=(const StopRequests&) = delete;
+
+  static bool asked() { return asked_ != 0; }
+
+ private:
+  static constexpr int signals[] = {SIGINT, SIGTERM};
+  static inline volatile std::sig_atomic_t asked_ = 0;
+  struct sigaction before_[2];
+};
+
 // Searches from the design, if a file gave one; shows its progress in a terminal.
 void tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
   const Structure structure = structure_to_tune(arguments, design);
@@ -314,9 +360,12 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
       std::fprintf(stderr, "\rtuning: %lld evaluations, cost %.6g ",
                    static_cast<long long>(so_far.evaluations), so_far.cost);
     }
-    return true;
+    return !StopRequests::asked();
   });
   if (shown) std::fputc('\n', stderr);
+  if (found.reason == StopReason::callback) {
+    std::cerr << "nfopidn_sim: interrupted after " << found.evaluations << " evaluations\n";
+  }
   design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
 }
 
@@ -325,13 +374,6 @@ Json metrics_json(const SimulationResult& result) {
   object["samples"] = result.table.rows();
   object["diverged_at"] = result.diverged ? Json(result.diverged_at) : Json(nullptr);
   return object;
-}
-
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  char line[512];
-  std::snprintf(line, sizeof line, pattern, values...);
-  return line;
 }
 
 std::string summary(const Scenario& scenario, const SimulationResult& result) {
@@ -402,6 +444,8 @@ int run(const Arguments& arguments) {
   if (arguments.tune && !arguments.controller_file.empty()) {
     if (Outcome outcome = check_start(arguments, design); !outcome) return fail(outcome);
   }
+  std::optional<StopRequests> requests;
+  if (arguments.tune) requests.emplace();
   // Whether the files can be written shows before the run, not after.
   OutputFile table, scenario_file, controller_file;
   const Outputs files = {{{&arguments.out, &table},
@@ -409,6 +453,7 @@ int run(const Arguments& arguments) {
                           {&arguments.save_controller, &controller_file}}};
   if (Outcome outcome = open_all(files); !outcome) return fail(outcome);
   if (arguments.tune) tune_design(arguments, scenario, design);
+  requests.reset();
   const SimulationResult result = simulate(scenario, design);
   const std::string contents[] = {run_table_csv(result.table),
                                   document_text(write_scenario(scenario)),
@@ -424,6 +469,7 @@ int run(const Arguments& arguments) {
     printed = print(summary(scenario, result));
   }
   if (!printed) return fail(printed);
+  if (StopRequests::asked()) return exit_interrupted;
   return result.diverged ? exit_diverged : exit_done;
 }
 

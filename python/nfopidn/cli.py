@@ -138,7 +138,10 @@ def _export(arguments: argparse.Namespace) -> int:
     controller = nfopidn.Controller.load(arguments.controller)
     scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
     written = []
-    if arguments.c or not arguments.cpp:
+    in_c = arguments.c or not arguments.cpp
+    if arguments.hardware and not in_c:
+        raise ValueError("--hardware is written in C; give --c too")
+    if in_c:
         name = arguments.name or "nfopidn"
         written += nfopidn.export_c(
             controller,

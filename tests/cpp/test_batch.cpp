@@ -220,6 +220,8 @@ TEST(Batch, GivesUpNoCandidateThatKeepsItsBound) {
   settings.memory = 8;
   expect_bounds_kept(Scenario::published(), settings, 13, "memory 8");
   Scenario scenario = Scenario::published();
+  scenario.pose_noise = {0.01, 0.01};
+  expect_bounds_kept(scenario, {}, 13, "noise");
   scenario.integrator = Integrator::exact;
   expect_bounds_kept(scenario, {}, 9, "one by one");
 }

@@ -10,13 +10,13 @@
 namespace nfopidn::test {
 namespace {
 
-std::vector<int> times_run(Team& team, int whole, int least, std::vector<int>* shares = nullptr) {
+std::vector<int> times_run(Team& team, int whole, int piece, std::vector<int>* shares = nullptr) {
   std::vector<std::atomic<int>> times(static_cast<std::size_t>(whole));
   std::mutex mutex;
-  team.in_shares(whole, least, [&](int first, int count) {
-    for (int i = first; i < first + count; ++i) ++times[static_cast<std::size_t>(i)];
+  team.in_shares(whole, piece, [&](std::ptrdiff_t first, std::ptrdiff_t count) {
+    for (auto i = first; i < first + count; ++i) ++times[static_cast<std::size_t>(i)];
     const std::lock_guard<std::mutex> lock(mutex);
-    if (shares != nullptr) shares->push_back(count);
+    if (shares != nullptr) shares->push_back(static_cast<int>(count));
   });
   return {times.begin(), times.end()};
 }
@@ -38,17 +38,18 @@ TEST(Team, CoversTheWholeOnce) {
   }
 }
 
-TEST(Team, SharesAreEqualAndLargeEnough) {
+TEST(Team, SharesAreEqualAndNoMoreThanPieces) {
   Team team(4);
-  const auto shares = [&](int whole, int least) {
+  const auto shares = [&](int whole, int piece) {
     std::vector<int> result;
-    times_run(team, whole, least, &result);
+    times_run(team, whole, piece, &result);
     std::sort(result.begin(), result.end());
     return result;
   };
   EXPECT_EQ(shares(8, 1), std::vector<int>({2, 2, 2, 2}));
   EXPECT_EQ(shares(7, 1), std::vector<int>({1, 2, 2, 2}));
   EXPECT_EQ(shares(8, 8), std::vector<int>({8}));
+  EXPECT_EQ(shares(9, 8), std::vector<int>({4, 5}));
   EXPECT_EQ(shares(16, 8), std::vector<int>({8, 8}));
   EXPECT_EQ(shares(100, 8), std::vector<int>({25, 25, 25, 25}));
 }
@@ -58,7 +59,7 @@ TEST(Team, UsesThreadsAndKeepsThem) {
   const auto threads = [&] {
     std::mutex mutex;
     std::vector<std::thread::id> ids;
-    team.in_shares(3, 1, [&](int, int) {
+    team.in_shares(3, 1, [&](auto, auto) {
       const std::lock_guard<std::mutex> lock(mutex);
       ids.push_back(std::this_thread::get_id());
     });
@@ -76,42 +77,61 @@ TEST(Team, UsesThreadsAndKeepsThem) {
 TEST(Team, ServesSeveralCallers) {
   Team team(2);
   std::vector<std::thread> callers;
-  std::atomic<int> sum{0};
+  std::atomic<std::ptrdiff_t> sum{0};
   callers.reserve(4);
   for (int caller = 0; caller < 4; ++caller) {
     callers.emplace_back([&] {
       for (int round = 0; round < 200; ++round) {
-        team.in_shares(10, 1, [&](int, int count) { sum += count; });
+        team.in_shares(10, 1, [&](auto, auto count) { sum += count; });
       }
     });
   }
   for (std::thread& caller : callers) caller.join();
   EXPECT_EQ(sum, 4 * 200 * 10);
-  // One that is called from a share is a caller on its own.
+  // One that is called from a share is a caller of its own.
   sum = 0;
-  team.in_shares(2, 1,
-                 [&](int, int) { team.in_shares(3, 1, [&](int, int count) { sum += count; }); });
+  team.in_shares(
+      2, 1, [&](auto, auto) { team.in_shares(3, 1, [&](auto, auto count) { sum += count; }); });
   EXPECT_EQ(sum, 6);
 }
 
-TEST(Team, OutlivesWhatTheCallersShareThrows) {
-  Team team(2);
-  const auto fail = [](int first, int) {
-    if (first == 0) throw std::runtime_error("mine");
-  };
-  EXPECT_THROW(team.in_shares(2, 1, fail), std::runtime_error);
-  EXPECT_EQ(times_run(team, 2, 1), std::vector<int>({1, 1}));
+// What a share throws, its caller catches, once all shares are done.
+TEST(Team, HandsOnWhatAShareThrows) {
+  Team team(3);
+  for (const int failing : {0, 1, 2}) {
+    std::atomic<int> done{0};
+    const auto fail = [&](std::ptrdiff_t first, auto) {
+      if (first == failing) throw std::runtime_error("mine");
+      ++done;
+    };
+    EXPECT_THROW(team.in_shares(3, 1, fail), std::runtime_error);
+    EXPECT_EQ(done, 2);
+    EXPECT_EQ(times_run(team, 3, 1), std::vector<int>({1, 1, 1}));
+  }
 }
 
+int shares_in_child(Team& team) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::vector<int> shares;
+    times_run(team, 2, 1, &shares);
+    _exit(static_cast<int>(shares.size()));
+  }
+  int status = -1;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  return WEXITSTATUS(status);
+}
+
+// With threads of its own, even if the fork came while the parent's were at work.
 TEST(Team, WorksInAForkedProcess) {
   Team team(2);
   times_run(team, 2, 1);
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) _exit(times_run(team, 2, 1) == std::vector<int>({1, 1}) ? 0 : 1);
-  int status = -1;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_EQ(status, 0);
+  EXPECT_EQ(shares_in_child(team), 2);
+  int shares = 0;
+  team.in_shares(2, 1, [&](std::ptrdiff_t first, auto) {
+    if (first == 0) shares = shares_in_child(team);
+  });
+  EXPECT_EQ(shares, 2);
   EXPECT_EQ(times_run(team, 2, 1), std::vector<int>({1, 1}));
 }
 

@@ -1,10 +1,13 @@
 """What the executable refuses: one line on standard error, exit code 2, and no file touched."""
 
+import json
+import signal
 import subprocess
 from pathlib import Path
 
+import nfopidn
 import pytest
-from nfopidn import Scenario
+from nfopidn import Controller, Scenario
 
 # Arguments and what the line must say.
 FAULTS = {
@@ -40,6 +43,8 @@ FAULTS = {
     "missing table": (["--traj", "none.csv"], ["none.csv", "No such file"]),
     "period of a table": (["--traj", "path.csv", "--period", "3"], ["--period", "path.csv"]),
     "cusps of a table": (["--traj", "path.csv", "--cusps", "3"], ["--cusps", "path.csv"]),
+    "step of a table with times": (["--traj", "timed.csv", "--dt", "0.3"], ["--dt", "0.2 s apart"]),
+    "cusps of a circle": (["--traj", "circle", "--cusps", "4"], ["--cusps", "circle"]),
     "laps of an open table": (["--traj", "path.csv", "--laps", "2"], ["laps is 2", "must be 1"]),
     "disturbance": (["--disturbance", "1"], ["disturbance is [1.0]", "2 numbers"]),
     "short disturbance": (["--disturbance", "wind.csv"], ["disturbance has 3", "751"]),
@@ -63,6 +68,7 @@ FAULTS = {
 def folder(tmp_path):
     """A folder to run in, with some good files."""
     (tmp_path / "path.csv").write_text("x,y\n0,0\n1,1\n2,1\n")
+    (tmp_path / "timed.csv").write_text("t,x,y\n0,0,0\n0.2,1,1\n0.4,2,1\n")
     (tmp_path / "wind.csv").write_text("force,moment\n0,0\n1,1\n2,1\n")
     Scenario.published().save(tmp_path / "scenario.json")
     (tmp_path / "run.csv").write_text("precious")
@@ -86,6 +92,23 @@ def test_faults(arguments, parts, sim, folder):
         assert all(part in run.stderr for part in parts), run.stderr
         if arguments != ["--out", "/dev/full"]:
             assert contents(folder) == before
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_search_writes_the_best_so_far(sent, executable, tmp_path):
+    found = tmp_path / "found.json"
+    words = [executable, "--tune", "--maxfev", "1000000000000", "--save-controller", found, "--json"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(words, text=True, **pipes) as search:
+        while not list(tmp_path.iterdir()):  # the file is opened once signals are looked after
+            assert search.poll() is None
+        search.send_signal(sent)
+        printed, said = search.communicate()
+    assert search.returncode == 130
+    assert said.startswith("nfopidn_sim: interrupted after ")
+    assert [path.name for path in tmp_path.iterdir()] == ["found.json"]
+    run = nfopidn.simulate(Scenario.published(rng=0), Controller.load(found))
+    assert json.loads(printed)["cost"] == pytest.approx(run.metrics["cost"], rel=1e-9)
 
 
 ENDLESS = ["--period", "1e5", "--substeps", "10000", "--integrator", "exact"]  # for many minutes

@@ -156,6 +156,8 @@ def test_command(tmp_path, lap, capsys):
     assert "ReferenceTable<float> laps" in (out / "eddie.hpp").read_text()
     assert main([*arguments, "--reference"]) == 2
     assert "give a scenario" in capsys.readouterr().err
+    assert main([*arguments, "--cpp", "--hardware"]) == 2
+    assert "give --c" in capsys.readouterr().err
 
 
 def test_comments_fit_a_line(tmp_path, lap):

@@ -54,7 +54,7 @@ class BatchEvaluator {
   const PreparedRun& run() const { return run_; }
 
   // taps: [candidates][3][tap_count], costs and bounds: [candidates]. A candidate that costs more
-  // than its bound is given some cost over it, and less work.
+  // than its bound is given some cost over it, mostly for less work.
   void costs_of_taps(const double* taps, int candidates, double* costs,
                      const double* bounds = nullptr) const {
     if (kernels_.costs == nullptr) {

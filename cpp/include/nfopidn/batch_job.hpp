@@ -7,6 +7,30 @@ namespace nfopidn {
 
 constexpr int batch_capacity = 34;  // most taps a channel: memory 32
 
+constexpr double no_bound = __builtin_huge_val();
+
+// Takes a component as diverged once its cost over `samples` is sure to be over `bound`: it then
+// has some cost over it.
+template <class Scalar>
+class BoundedMeter : public CostMeter<Scalar> {
+ public:
+  using Base = base_t<Scalar>;
+  using M = math<Scalar>;
+
+  constexpr BoundedMeter(Base divergence_distance, const Scalar& bound, int samples)
+      : CostMeter<Scalar>(divergence_distance), most_(bound * (Base(samples) * rounding)) {}
+
+  constexpr void weigh() {
+    this->running_ = M::both(this->running_, this->sum_ <= most_);
+    this->all_running_ = M::every(this->running_);
+  }
+
+ private:
+  static constexpr Base rounding = Base(1.000001);
+
+  Scalar most_;
+};
+
 struct BatchJob {
   const Plant<double>* plant;
   const LoopInputs<double>* inputs;  // for costs with headings, for gradients without

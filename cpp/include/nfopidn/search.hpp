@@ -1,5 +1,5 @@
-// L3. What a search for a minimum has in common, whatever its strategy: the box, the objective, the
-// budget, the best point so far, the history, and the record from which a search can be resumed.
+// L3. What a search for a minimum has in common, whatever its strategy: the objective, the budget,
+// the best point so far, the history, and the record from which a search can be resumed.
 #pragma once
 
 #include <Eigen/Core>

@@ -7,134 +7,175 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace nfopidn {
 
-// Helpers start with the first work that is shared out. Between one work and the next, which in a
-// search is a matter of microseconds, they look out for it for a moment before they sleep.
+namespace detail {
+
+// The threads of a Team besides its caller's.
+class Crew {
+ public:
+  // What is to be done, of the parts 0, 1, ...
+  using Work = std::function<void(int part)>;
+
+  Crew() = default;
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+  ~Crew() {
+    begin(nullptr, size());
+    for (const auto& helper : helpers_) helper->thread.join();
+  }
+
+  // Returns how many there are then, `count` if there are threads to be had.
+  int hire(int count) {
+    while (size() < count && !none_left_) {
+      try {
+        helpers_.push_back(std::make_unique<Helper>());
+        Helper& helper = *helpers_.back();
+        helper.thread = std::thread([this, &helper, part = size()] { help(helper, part); });
+      } catch (const std::system_error&) {
+        helpers_.pop_back();
+        none_left_ = true;
+      }
+    }
+    return std::min(size(), count);
+  }
+
+  // work(0) here, and work(1) to work(helpers) on as many of the helpers. Throws what one of them
+  // has thrown, when all are done.
+  void share(const Work& work, int helpers) {
+    busy_ = helpers;
+    begin(&work, helpers);
+    attempt(work, 0);
+    while (busy_.load(std::memory_order_acquire) != 0) std::this_thread::yield();
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+
+  bool is_of_this_process() const { return process_ == ::getpid(); }
+
+ private:
+  struct Helper {
+    std::atomic<std::uint64_t> round{0};  // what it is called to
+    std::thread thread;
+  };
+
+  int size() const { return static_cast<int>(helpers_.size()); }
+
+  void begin(const Work* work, int helpers) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    work_ = work;
+    for (int i = 0; i < helpers; ++i) ++helpers_[static_cast<std::size_t>(i)]->round;
+    if (asleep_ > 0) wake_.notify_all();
+  }
+
+  void help(const Helper& helper, int part) {
+    for (std::uint64_t seen = 0;; ++seen) {
+      wait_for_round_after(seen, helper.round);
+      if (work_ == nullptr) return;
+      attempt(*work_, part);
+      busy_.fetch_sub(1, std::memory_order_release);
+    }
+  }
+
+  // Between two works of a search there are microseconds: too few to fall asleep.
+  void wait_for_round_after(std::uint64_t seen, const std::atomic<std::uint64_t>& round) {
+    constexpr std::chrono::microseconds moment(200);
+    const auto until = std::chrono::steady_clock::now() + moment;
+    while (round.load(std::memory_order_acquire) == seen &&
+           std::chrono::steady_clock::now() < until) {
+      std::this_thread::yield();
+    }
+    if (round.load(std::memory_order_acquire) != seen) return;
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++asleep_;
+    wake_.wait(lock, [&] { return round.load() != seen; });
+    --asleep_;
+  }
+
+  void attempt(const Work& work, int part) {
+    try {
+      work(part);
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      failure_ = std::current_exception();
+    }
+  }
+
+  const ::pid_t process_ = ::getpid();
+  std::vector<std::unique_ptr<Helper>> helpers_;
+  bool none_left_ = false;
+  std::atomic<int> busy_{0};    // helpers that are not done
+  const Work* work_ = nullptr;  // written before a round begins, read after
+  std::exception_ptr failure_;  // of one of the parts
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  int asleep_ = 0;
+};
+
+}  // namespace detail
+
 class Team {
  public:
-  // Threads at work at most, the caller's among them.
+  // Threads at work at most, the caller's among them. The others start with the first work that is
+  // shared out.
   explicit Team(int threads) : threads_(std::max(1, threads)) {}
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
   ~Team() { leave_to_other_process(); }
 
-  // Calls run(first, count) for shares of `whole` that are equal, and of at least `least`, each on
-  // a thread of its own; where no thread is to be had, and for a caller on another thread while
-  // this one is at it, all on the caller's. run() must not throw on another thread.
+  // Calls run(first, count) for equal shares of `whole`, each on a thread of its own, and not more
+  // of them than `whole` has pieces of size `piece`. Where no thread is to be had, or another
+  // caller has them at work, all is the caller's.
   template <class Run>
-  void in_shares(int whole, int least, const Run& run) {
+  void in_shares(std::ptrdiff_t whole, std::ptrdiff_t piece, const Run& run) {
     if (whole <= 0) return;
-    const int most = (whole - 1) / std::max(1, least) + 1;
-    const int wanted = std::min(threads_, most);
-    const std::unique_lock<std::mutex> alone(in_use_, std::try_to_lock);
-    const int available = wanted > 1 && alone ? 1 + hire(wanted - 1) : 1;
-    const int share = (whole - 1) / std::min(available, wanted) + 1;
-    if (share >= whole) return run(0, whole);
+    const std::ptrdiff_t pieces = (whole - 1) / std::max<std::ptrdiff_t>(1, piece) + 1;
+    const int wanted = static_cast<int>(std::min<std::ptrdiff_t>(threads_, pieces));
+    const Turn turn(in_use_);
+    const int available = wanted > 1 && turn.is_mine ? 1 + hire(wanted - 1) : 1;
+    const std::ptrdiff_t share = (whole - 1) / available + 1;
+    if (share >= whole) return run(std::ptrdiff_t{0}, whole);
     const auto part = [&](int index) {
-      const std::int64_t first = std::int64_t{index} * share;
-      const std::int64_t count = std::min<std::int64_t>(share, whole - first);
-      if (count > 0) run(static_cast<int>(first), static_cast<int>(count));
+      const std::ptrdiff_t first = index * share;
+      if (first < whole) run(first, std::min(share, whole - first));
     };
-    crew_->work([](const void* context,
-                   int index) { (*static_cast<const decltype(part)*>(context))(index); },
-                &part);
+    crew_->share(std::ref(part), available - 1);
   }
 
  private:
-  using Part = void (*)(const void* context, int index);
-
-  class Crew {
-   public:
-    ~Crew() {
-      begin(nullptr, nullptr);
-      for (std::thread& helper : helpers_) helper.join();
+  // Held by one caller at a time, and by none that was left behind in a process before a fork.
+  struct Turn {
+    explicit Turn(std::atomic<::pid_t>& holder) : holder_(holder) {
+      const ::pid_t here = ::getpid();
+      ::pid_t other = holder.load();
+      is_mine = other != here && holder.compare_exchange_strong(other, here);
     }
-
-    // Returns how many there are now.
-    int hire(int count) {
-      try {
-        while (static_cast<int>(helpers_.size()) < count) {
-          const int index = static_cast<int>(helpers_.size()) + 1;
-          helpers_.emplace_back([this, index, seen = round_.load()] { help(index, seen); });
-        }
-      } catch (const std::system_error&) {
-        // With those that there are.
-      }
-      return static_cast<int>(helpers_.size());
+    ~Turn() {
+      if (is_mine) holder_ = 0;
     }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
 
-    // Calls part(context, index) with 0 here, and with each helper's index there.
-    void work(Part part, const void* context) {
-      struct Finish {
-        Crew& crew;
-        ~Finish() {
-          while (crew.busy_.load(std::memory_order_acquire) != 0) std::this_thread::yield();
-        }
-      } finish{*this};
-      busy_ = static_cast<int>(helpers_.size());
-      begin(part, context);
-      part(context, 0);
-    }
-
-    bool is_of_this_process() const { return process_ == ::getpid(); }
+    bool is_mine;
 
    private:
-    void begin(Part part, const void* context) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      part_ = part;
-      context_ = context;
-      ++round_;
-      if (asleep_ > 0) wake_.notify_all();
-    }
-
-    void help(int index, std::uint64_t seen) {
-      for (;; ++seen) {
-        wait_for_round_after(seen);
-        if (part_ == nullptr) return;
-        part_(context_, index);
-        busy_.fetch_sub(1, std::memory_order_release);
-      }
-    }
-
-    void wait_for_round_after(std::uint64_t seen) {
-      constexpr std::chrono::microseconds moment(200);
-      const auto until = std::chrono::steady_clock::now() + moment;
-      while (round_.load(std::memory_order_acquire) == seen) {
-        if (std::chrono::steady_clock::now() < until) {
-          std::this_thread::yield();
-          continue;
-        }
-        std::unique_lock<std::mutex> lock(mutex_);
-        ++asleep_;
-        wake_.wait(lock, [&] { return round_ != seen; });
-        --asleep_;
-      }
-    }
-
-    const ::pid_t process_ = ::getpid();
-    std::vector<std::thread> helpers_;
-    std::atomic<std::uint64_t> round_{0};
-    std::atomic<int> busy_{0};  // helpers that are not done
-    // Written under the mutex before a round begins, read after.
-    Part part_ = nullptr;
-    const void* context_ = nullptr;
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    int asleep_ = 0;
+    std::atomic<::pid_t>& holder_;
   };
 
   // Helpers to be had, of `count`.
   int hire(int count) {
     leave_to_other_process();
-    if (!crew_) crew_ = std::make_unique<Crew>();
+    if (!crew_) crew_ = std::make_unique<detail::Crew>();
     return crew_->hire(count);
   }
 
@@ -144,8 +185,8 @@ class Team {
   }
 
   int threads_;
-  std::mutex in_use_;
-  std::unique_ptr<Crew> crew_;
+  std::atomic<::pid_t> in_use_{0};
+  std::unique_ptr<detail::Crew> crew_;
 };
 
 }  // namespace nfopidn

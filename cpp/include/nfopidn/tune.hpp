@@ -48,29 +48,30 @@ class TuneObjective : public Objective {
   bool has_gradient() const override { return true; }
   bool is_cheap() const override { return true; }
   // A moment's worth, so that a time limit is kept.
-  Eigen::Index most_at_once() const override { return 4096; }
+  Eigen::Index most_at_once() const override {
+    return std::max<Eigen::Index>(1, 4096 / static_cast<Eigen::Index>(evaluators_.size()));
+  }
 
   void costs(const Points& points, double* costs) override {
     bounded_costs(points, nullptr, costs);
   }
   void bounded_costs(const Points& points, const double* bounds, double* costs) override {
     const std::vector<double> taps = taps_of(points);
-    const int count = static_cast<int>(points.cols());
-    const int scenarios = static_cast<int>(evaluators_.size());
+    const Eigen::Index count = points.cols();
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
     if (scenarios == 1) {
       share_out_costs(taps, count, bounds, costs);
       return;
     }
-    Eigen::MatrixXd each(count, scenarios);
-    if (bounds == nullptr) {
-      share_out_costs(taps, count, nullptr, each.data());
-    } else {
-      // The mean of the worst is not under the mean of all, to which each gives its share.
-      const Eigen::VectorXd each_bound =
-          Eigen::Map<const Eigen::VectorXd>(bounds, count) * static_cast<double>(scenarios);
-      share_out_costs(taps, count, each_bound.data(), each.data());
+    Eigen::VectorXd each_bound;
+    if (bounds != nullptr) {
+      // The mean of the worst is no less than what one of them gives to it.
+      const double worst = std::max(share_ * static_cast<double>(scenarios), 1.0);
+      each_bound = Eigen::Map<const Eigen::VectorXd>(bounds, count) * worst;
     }
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+    Eigen::MatrixXd each(count, scenarios);
+    share_out_costs(taps, count, bounds != nullptr ? each_bound.data() : nullptr, each.data());
+    for (Eigen::Index j = 0; j < count; ++j) {
       const Eigen::VectorXd row = each.row(j);
       costs[j] = row.dot(worst_share(row, share_));
     }
@@ -91,14 +92,14 @@ class TuneObjective : public Objective {
         directions[static_cast<std::size_t>(i) * size + n] = fused[n].slope;
       }
     }
-    const int count = static_cast<int>(evaluators_.size());
+    const auto count = static_cast<Eigen::Index>(evaluators_.size());
     Eigen::VectorXd each(count);
     Eigen::MatrixXd each_slopes(dimension_, count);
     constexpr int together = 16;  // directions that take hardly longer than half of them
-    in_shares(dimension_, together, [&](int scenario, int first, int directions_there) {
+    over_scenarios(dimension_, together, [&](auto scenario, auto first, auto there) {
       const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
-          taps.data(), directions.data() + static_cast<std::size_t>(first) * size, directions_there,
-          each_slopes.col(scenario).data() + first);
+          taps.data(), directions.data() + static_cast<std::size_t>(first) * size,
+          static_cast<int>(there), each_slopes.col(scenario).data() + first);
       if (first == 0) each(scenario) = cost;
     });
     const Eigen::VectorXd weight = worst_share(each, share_);
@@ -107,13 +108,15 @@ class TuneObjective : public Objective {
   }
 
  private:
-  // Calls run(scenario, first, count) until each scenario has all of `size` things; see Team.
+  // Calls run(scenario, first, count) until each scenario has all of `size` things, which are
+  // shared out in pieces of `together`.
   template <class Run>
-  void in_shares(int size, int least, const Run& run) {
-    team_.in_shares(static_cast<int>(evaluators_.size()) * size, least, [&](int first, int count) {
+  void over_scenarios(std::ptrdiff_t size, std::ptrdiff_t together, const Run& run) {
+    const auto scenarios = static_cast<std::ptrdiff_t>(evaluators_.size());
+    team_.in_shares(scenarios * size, together, [&](std::ptrdiff_t first, std::ptrdiff_t count) {
       while (count > 0) {
-        const int from = first % size;
-        const int there = std::min(count, size - from);
+        const std::ptrdiff_t from = first % size;
+        const std::ptrdiff_t there = std::min(count, size - from);
         run(first / size, from, there);
         first += there;
         count -= there;
@@ -122,14 +125,13 @@ class TuneObjective : public Objective {
   }
 
   // costs: [scenarios][count], bounds: [count].
-  void share_out_costs(const std::vector<double>& taps, int count, const double* bounds,
+  void share_out_costs(const std::vector<double>& taps, Eigen::Index count, const double* bounds,
                        double* costs) {
     constexpr int together = 8;  // candidates, with the widest instructions
-    in_shares(count, together, [&](int scenario, int first, int there) {
+    over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
       evaluators_[static_cast<std::size_t>(scenario)].costs_of_taps(
-          taps.data() + static_cast<std::size_t>(first) * tap_size(), there,
-          costs + static_cast<std::ptrdiff_t>(scenario) * count + first,
-          bounds == nullptr ? nullptr : bounds + first);
+          taps.data() + static_cast<std::size_t>(first) * tap_size(), static_cast<int>(there),
+          costs + scenario * count + first, bounds == nullptr ? nullptr : bounds + first);
     });
   }
 

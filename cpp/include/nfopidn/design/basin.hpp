@@ -1,9 +1,8 @@
 // L4. The basin of attraction: from which initial poses a run ends on its path.
 #pragma once
 
-#include <thread>
-
 #include "nfopidn/simulate.hpp"
+#include "nfopidn/team.hpp"
 
 namespace nfopidn {
 
@@ -42,21 +41,20 @@ FinalErrors final_errors(const PreparedRun& run, Law& law, const State<double>& 
 // velocity. The result does not depend on the number of threads.
 inline void basin(const PreparedRun& run, const ControllerDesign& design, const double* poses,
                   std::ptrdiff_t count, int last_samples, int threads, FinalErrors* errors) {
-  const auto share = [&](std::ptrdiff_t first) {
+  // Every so many of them: neighbours take similar times.
+  Team(threads).in_shares(threads, 1, [&](std::ptrdiff_t from, std::ptrdiff_t shares) {
     with_controller(design, run.limits, [&](auto& law) {
-      for (std::ptrdiff_t i = first; i < count; i += threads) {
-        State<double> start = run.start;
-        start.x = poses[3 * i];
-        start.y = poses[3 * i + 1];
-        start.theta = poses[3 * i + 2];
-        errors[i] = detail::final_errors(run, law, start, last_samples);
+      for (std::ptrdiff_t share = from; share < from + shares; ++share) {
+        for (std::ptrdiff_t i = share; i < count; i += threads) {
+          State<double> start = run.start;
+          start.x = poses[3 * i];
+          start.y = poses[3 * i + 1];
+          start.theta = poses[3 * i + 2];
+          errors[i] = detail::final_errors(run, law, start, last_samples);
+        }
       }
     });
-  };
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < threads; ++i) helpers.emplace_back(share, i);
-  share(0);
-  for (std::thread& helper : helpers) helper.join();
+  });
 }
 
 }  // namespace nfopidn

@@ -20,8 +20,8 @@ class RivalObjective : public Objective {
   }
 
   void costs(const Points& points, double* costs) override {
-    team_.in_shares(static_cast<int>(points.cols()), 1, [&](int first, int count) {
-      for (int j = first; j < first + count; ++j) costs[j] = cost(points.col(j));
+    team_.in_shares(points.cols(), 1, [&](Eigen::Index first, Eigen::Index count) {
+      for (Eigen::Index j = first; j < first + count; ++j) costs[j] = cost(points.col(j));
     });
   }
 
