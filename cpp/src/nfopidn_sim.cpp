@@ -70,14 +70,8 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
       // Of two opposites the last one counts: they act in the order of the command line.
       const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
         app.add_flag_function(
-               "--" + flag,
-               [&words, key, word, flag](std::int64_t times) {
-                 if (times < 1) {  // --flag=false, and other numbers
-                   throw CLI::ValidationError("--" + flag, "takes no value");
-                 }
-                 words[key] = word;
-               },
-               what)
+               "--" + flag, [&words, key, word](std::int64_t) { words[key] = word; }, what)
+            ->disable_flag_override()
             ->group(group)
             ->trigger_on_parse();
       };
@@ -117,6 +111,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   add_file(app, "--save-controller", arguments.save_controller, "write the controller here (JSON)");
   app.add_flag("--tune", arguments.tune,
                "search for the gains and orders of least cost (bfoa+) and run those")
+      ->disable_flag_override()
       ->group("Tuning");
   app.add_option("--structure", arguments.structure,
                  "what is tuned: paper, decoupled, incremental, extended, taps (default paper)")
@@ -133,8 +128,10 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->group("Tuning")
       ->type_name("N")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53));
-  app.add_flag("--json", arguments.json, "print the metrics as one JSON object, nothing else");
-  app.add_flag("--quiet", arguments.quiet, "print nothing");
+  app.add_flag("--json", arguments.json, "print the metrics as one JSON object, nothing else")
+      ->disable_flag_override();
+  app.add_flag("--quiet", arguments.quiet, "print nothing but what --json asks for")
+      ->disable_flag_override();
   app.set_version_flag("--version", std::string("nfopidn_sim ") + NFOPIDN_VERSION);
   app.footer(
       "Without options but --traj ranunculoid this is the paper's scenario under its gains.\n"
@@ -287,8 +284,8 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
   ControllerSettings<double>& settings = design;
   const Json given = words_to_json<ControllerSettings<double>>(arguments.controller);
   if (Outcome outcome = read_settings(given, "", settings); !outcome) return outcome;
-  if (arguments.tune && design.memory.is_long()) {
-    return refuse_number("memory", design.memory, between(0, maximum_memory), "samples to tune");
+  if (arguments.tune) {
+    if (Outcome outcome = explain_memory_to_tune(design.memory); !outcome) return outcome;
   }
   return explain_consistency(design);
 }
@@ -412,6 +409,10 @@ Outcome print(const std::string& text) {
 bool same_place(const std::string& one, const std::string& other) {
   if (one.empty() || other.empty()) return false;
   std::error_code ignored;
+  if (std::filesystem::is_regular_file(one, ignored) &&
+      std::filesystem::equivalent(one, other, ignored)) {
+    return true;
+  }
   const auto place = [&](const std::string& name) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(name, ignored), ignored);
   };
@@ -422,9 +423,26 @@ bool same_place(const std::string& one, const std::string& other) {
 
 using Outputs = std::array<std::pair<const std::string*, OutputFile*>, 3>;
 
-Outcome open_all(const Outputs& files) {
+// The files that the options name to be read.
+std::vector<std::string> inputs_of(const Arguments& arguments) {
+  std::vector<std::string> inputs = {arguments.scenario_file, arguments.controller_file};
+  const auto add = [&](const Words& words, const char* key) {
+    const auto word = words.find(key);
+    if (word != words.end() && is_csv(word->second)) inputs.push_back(word->second);
+  };
+  add(arguments.trajectory, "name");
+  add(arguments.scenario, "disturbance");
+  return inputs;
+}
+
+Outcome open_all(const Outputs& files, const std::vector<std::string>& inputs) {
   for (const auto& [path, file] : files) {
     if (path->empty()) continue;
+    for (const std::string& input : inputs) {
+      if (same_place(*path, input)) {
+        return {Status::inconsistent, *path + " is to be read, and would be overwritten"};
+      }
+    }
     for (const auto& [other, other_file] : files) {
       if (file == other_file) break;
       if (same_place(*path, *other)) {
@@ -451,7 +469,7 @@ int run(const Arguments& arguments) {
   const Outputs files = {{{&arguments.out, &table},
                           {&arguments.save_scenario, &scenario_file},
                           {&arguments.save_controller, &controller_file}}};
-  if (Outcome outcome = open_all(files); !outcome) return fail(outcome);
+  if (Outcome outcome = open_all(files, inputs_of(arguments)); !outcome) return fail(outcome);
   if (arguments.tune) tune_design(arguments, scenario, design);
   requests.reset();
   const SimulationResult result = simulate(scenario, design);
@@ -485,7 +503,12 @@ int run_command_line(int argc, char** argv) {
     const Outcome printed = print(text.str());
     return printed ? exit_done : fail(printed);
   } catch (const CLI::ParseError& error) {
-    return fail({Status::not_a_choice, std::string(error.what()) + "; see --help"});
+    std::string message = error.what();
+    const std::string clumsy = " was given a disallowed flag override";
+    if (const auto place = message.find(clumsy); place != std::string::npos) {
+      message = "--" + message.replace(place, clumsy.size(), " takes no value");
+    }
+    return fail({Status::not_a_choice, message + "; see --help"});
   }
   return run(arguments);
 }

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
-from nfopidn._core import Controller, Rival
+from nfopidn._core import Controller, Rival, Scenario
 
 _MOST = 10**9
 
@@ -35,6 +36,62 @@ def whole_number(name: str, value: Any, least: int, most: int = _MOST) -> int:
         end = "1e9" if most == _MOST else most
         raise ValueError(f"{name} is {value!r}; must be a whole number in [{least}, {end}]")
     return int(value)
+
+
+def names_in(what: str, names: Any) -> list[str]:
+    """Return a list of names.
+
+    Raises
+    ------
+    ValueError
+        One text, which would be read letter by letter, or no texts.
+    """
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise ValueError(f"{what} is {names!r}; must be a list of names")
+    listed = list(names)
+    for name in listed:
+        if not isinstance(name, str):
+            raise ValueError(f"{what} has {name!r}; must be a list of names")
+    return listed
+
+
+def real_number(name: str, value: Any, least: float, most: float, unit: str = "") -> float:
+    """Return a number in [least, most].
+
+    Raises
+    ------
+    ValueError
+        Names the argument, its value and the range.
+    """
+    if not is_number(value) or not least <= float(value) <= most:
+        raise ValueError(f"{name} is {value!r}; must be in [{least:g}, {most:g}]{unit}")
+    return float(value)
+
+
+def scenario_or_published(scenario: Any) -> Scenario:
+    """Return the scenario, for None the published one.
+
+    Raises
+    ------
+    ValueError
+        No scenario.
+    """
+    if scenario is None:
+        return Scenario.published(rng=0)
+    if not isinstance(scenario, Scenario):
+        raise ValueError(f"scenario is {scenario!r}; must be a Scenario")
+    return scenario
+
+
+def controller_or_published(controller: Any) -> Controller:
+    """Return the controller, for None the published one.
+
+    Raises
+    ------
+    ValueError
+        A rival, or no controller.
+    """
+    return Controller.published() if controller is None else no_rival(controller)
 
 
 def no_rival(controller: Any) -> Controller:

@@ -28,8 +28,8 @@ def load_controller(path: str) -> Controller | Rival:
     """
     try:
         rival = json.loads(Path(path).read_text(encoding="utf-8"))["format"] == "nfopidn-rival"
-    except (OSError, ValueError, TypeError, KeyError):  # Controller.load says what is wrong
-        rival = False
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        rival = False  # Controller.load says what is wrong
     return Rival.load(path) if rival else Controller.load(path)
 
 

@@ -206,10 +206,12 @@ def _seed(rng: Any, checkpoint: str) -> int:
 
 def _seed_of_checkpoint(path: str) -> int | None:
     """Give the seed of the search that goes on, None if there is none."""
+    if not Path(path).is_file():
+        return None
     try:
         seed = json.loads(Path(path).read_text(encoding="utf-8"))["problem"]["seed"]
-    except (OSError, ValueError, KeyError, TypeError):  # the core says what is wrong with the file
-        return None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None  # the core says what is wrong with the file
     return seed if isinstance(seed, int) else None
 
 

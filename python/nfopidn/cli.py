@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from math import isfinite
@@ -16,6 +17,14 @@ from nfopidn._report.command import add_report
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
+EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
+
+
+def _check_encoding(word: str) -> None:
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{word!r} is not UTF-8") from None
 
 
 def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
@@ -33,6 +42,8 @@ def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
             raise ValueError(f"--{option} {word}: {value} is no number") from None
         if numbers and not all(isfinite(float(number)) for number in read):
             raise ValueError(f"--{option} {word}: must be finite")
+        if name in result:
+            raise ValueError(f"--{option} {word}: {name} is given twice")
         result[name] = read[0] if numbers == 1 else read
     return result
 
@@ -142,7 +153,7 @@ def _export(arguments: argparse.Namespace) -> int:
     if arguments.hardware and not in_c:
         raise ValueError("--hardware is written in C; give --c too")
     if in_c:
-        name = arguments.name or "nfopidn"
+        name = "nfopidn" if arguments.name is None else arguments.name
         written += nfopidn.export_c(
             controller,
             arguments.output,
@@ -152,7 +163,7 @@ def _export(arguments: argparse.Namespace) -> int:
             reference=arguments.reference,
         )
     if arguments.cpp:
-        name = arguments.name or "nfopidn_controller"
+        name = "nfopidn_controller" if arguments.name is None else arguments.name
         written += nfopidn.export_cpp(
             controller,
             arguments.output,
@@ -193,7 +204,10 @@ def _add_export(commands: Any) -> None:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run the command; returns its exit code: 0 done, 2 bad input, 130 interrupted."""
+    """Run the command; returns its exit code.
+
+    0 done, 2 bad input, 130 interrupted, 141 the reader of standard output has gone.
+    """
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -202,9 +216,16 @@ def main(words: Sequence[str] | None = None) -> int:
     add_compare(commands)
     add_report(commands)
     add_study(commands)
-    arguments = parser.parse_args(words)
     try:
-        return int(arguments.run(arguments))
+        for word in sys.argv[1:] if words is None else words:
+            _check_encoding(word)
+        arguments = parser.parse_args(words)
+        code = int(arguments.run(arguments))
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nor at exit
+        return EXIT_BROKEN_PIPE
     except (ValueError, OSError, ImportError) as error:
         print(f"nfopidn: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT

@@ -193,6 +193,10 @@ REFUSED = [
     (lambda: nfopidn.compare([Rival("lqr")], ["nowhere"]), "unknown path; known: published"),
     (lambda: nfopidn.compare([Rival("lqr")], ["eight/fog"]), "unknown condition; known: mass"),
     (lambda: nfopidn.compare([Rival("lqr")], {}), "at least one"),
+    (lambda: nfopidn.compare([Rival("lqr")], "eight"), "scenarios is 'eight'; must be a list"),
+    (lambda: nfopidn.compare([Rival("lqr")], Scenario.published()), "must be a list of names"),
+    (lambda: nfopidn.compare([Rival("lqr")], [Scenario.published()]), "scenarios has .*Scenario"),
+    (lambda: nfopidn.tune_contenders("all", Scenario.published()), "controllers is 'all'"),
     (lambda: nfopidn.compare([Rival("lqr")], ["eight"], seeds=0), "seeds is 0"),
     (lambda: nfopidn.compare([Rival("lqr")], ["eight"], workers=0), "workers is 0"),
     (lambda: nfopidn.tune_contenders(["bang-bang"], Scenario.published()), "'bang-bang'"),
@@ -210,6 +214,8 @@ def test_unknown_metric_and_scenario_of_a_result(small):
     _, _, result = small
     with pytest.raises(ValueError, match="metric is 'speed'"):
         result.median("speed")
+    with pytest.raises(ValueError, match="metric is 'speed'"):
+        result.plot("speed")
     with pytest.raises(ValueError, match="scenario is 'x'"):
         result.ranking("x")
 
@@ -297,6 +303,15 @@ def test_a_pair_that_diverges_is_marked_at_the_edge(small):
     assert edge[0].get_xdata()[0] == 1.0
 
 
+def test_runs_that_all_diverge_are_drawn_too(small):
+    result = copy.deepcopy(small[2])
+    result.values["diverged"][:] = 1.0
+    result.values["cost"][:] = np.inf
+    lines = result.plot().get_lines()
+    edge = [line for line in lines if line.get_fillstyle() == "none"]
+    assert sum(len(line.get_xdata()) for line in edge) == 4
+
+
 def command(tmp_path, monkeypatch, capsys, *words):
     monkeypatch.chdir(tmp_path)
     try:
@@ -344,6 +359,7 @@ def test_tuning_anew_for_each_scenario(tmp_path, monkeypatch, capsys):
         (["--controllers", "missing.json"], "missing.json"),
         (["--plot", "all.nothing"], "must end in one of"),
         (["--seeds", "0"], "seeds is 0"),
+        (["--tune-each", "--tune-on", "eight"], "--tune-on eight: does not apply"),
     ],
 )
 def test_the_command_refuses_in_one_line(words, text, tmp_path, monkeypatch, capsys):
@@ -411,6 +427,11 @@ def test_the_command_refuses_to_write_over_what_it_reads(tmp_path, monkeypatch, 
     assert code == 2
     assert "--markdown y: is the file of --csv too" in err
     assert (tmp_path / "own.json").read_text() == text
+    Scenario.published().save(tmp_path / "lap.json")
+    words = ["--controllers", "samson", "--tune-on", "lap.json", "--csv", "lap.json"]
+    code, _, err = command(tmp_path, monkeypatch, capsys, *words)
+    assert code == 2
+    assert "--csv lap.json: is the file of the input too" in err
 
 
 def test_a_picture_is_written_whole_or_not_at_all(small, tmp_path, monkeypatch):

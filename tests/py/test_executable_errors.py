@@ -59,8 +59,25 @@ FAULTS = {
     "full disk": (["--out", "/dev/full"], ["/dev/full", "No space left"]),
     "one name for two files": (["--out", "same", "--save-scenario", "same"], ["same"]),
     "two names for one file": (["--out", "same", "--save-scenario", "./same"], ["two files"]),
-    "a value for a flag": (["--feedforward=false"], ["--feedforward", "takes no value"]),
-    "a number for a flag": (["--no-feedforward=0"], ["--no-feedforward", "takes no value"]),
+    "a text for a flag": (["--no-feedforward=maybe"], ["--no-feedforward takes no value"]),
+    "a value for json": (["--json=false"], ["--json takes no value"]),
+    "a value for tune": (["--tune=0"], ["--tune takes no value"]),
+    "too long a memory to tune": (["--tune", "--memory", "inf"], ["memory is inf", "[0, 1024]"]),
+    "the table overwritten": (["--traj", "path.csv", "--out", "path.csv"], ["path.csv is to be"]),
+    "the wind overwritten": (
+        ["--traj", "path.csv", "--disturbance", "wind.csv", "--out", "wind.csv"],
+        ["wind.csv is to be read"],
+    ),
+    "the scenario overwritten": (
+        ["--scenario", "scenario.json", "--save-scenario", "./scenario.json"],
+        ["would be overwritten"],
+    ),
+    "a hard link to the scenario": (
+        ["--scenario", "scenario.json", "--out", "hard.json"],
+        ["hard.json is to be read"],
+    ),
+    "a value for a flag": (["--feedforward=false"], ["--feedforward takes no value"]),
+    "a number for a flag": (["--no-feedforward=0"], ["--no-feedforward takes no value"]),
 }
 
 
@@ -72,6 +89,7 @@ def folder(tmp_path):
     (tmp_path / "wind.csv").write_text("force,moment\n0,0\n1,1\n2,1\n")
     Scenario.published().save(tmp_path / "scenario.json")
     (tmp_path / "run.csv").write_text("precious")
+    (tmp_path / "hard.json").hardlink_to(tmp_path / "scenario.json")
     return tmp_path
 
 
@@ -97,7 +115,8 @@ def test_faults(arguments, parts, sim, folder):
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_search_writes_the_best_so_far(sent, executable, tmp_path):
     found = tmp_path / "found.json"
-    words = [executable, "--tune", "--maxfev", "1000000000000", "--save-controller", found, "--json"]
+    words = [executable, "--tune", "--maxfev", "1000000000000", "--json"]
+    words += ["--save-controller", found]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(words, text=True, **pipes) as search:
         while not list(tmp_path.iterdir()):  # the file is opened once signals are looked after

@@ -79,6 +79,18 @@ def test_arguments_out_of_range_are_refused():
         stability.basin(last=151)
     with refused("theta is nan", "rad"):
         stability.basin(theta=np.nan)
-    for workers in (0, 65):
+    with refused("x is ['a']", "numbers [m]"):
+        stability.basin(x=["a"])
+    with refused("tolerance is x", "in (0, 1e+06] m"):
+        stability.basin(tolerance="x")
+    for workers in (0, 65, 1.5):
         with refused(f"workers is {workers}", "in [1, 64]"):
             stability.basin(workers=workers)
+
+
+@pytest.mark.parametrize("call", [stability.basin, stability.loop, stability.margins])
+def test_what_is_no_scenario_and_no_controller_is_refused(call):
+    with refused("scenario is 'x'", "must be a Scenario"):
+        call(scenario="x")
+    with refused("controller is 'x'", "must be a Controller"):
+        call(controller="x")

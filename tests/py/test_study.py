@@ -133,6 +133,16 @@ def test_a_file_that_fails_leaves_the_old_one(tmp_path):
     assert (tmp_path / "figure.png").read_text() == "old"
 
 
+def test_a_folder_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "README.md.test").write_text("mine")
+    _files.make_folder(tmp_path).index("a study")
+    _files.make_folder(tmp_path)  # once more
+    (tmp_path / "README.md").write_text("mine")
+    with pytest.raises(ValueError, match=r"README.md: is not of a study"):
+        _files.make_folder(tmp_path)
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["mine", "mine"]
+
+
 def test_numbers_that_are_not_finite_are_nothing(tmp_path):
     folder = _files.make_folder(tmp_path)
     folder.table("t", "a table", {"a": [np.nan, 1.0, None], "b, c": ["x, y", np.int64(2), "z"]}, {})

@@ -223,6 +223,10 @@ FAULTS = {
     "freeze": (["--freeze", "kp=1"], ["frozen names 'kp'"]),
     "freeze without value": (["--freeze", "kp_x"], ["--freeze kp_x", "NAME=NUMBER"]),
     "freeze text": (["--freeze", "kp_x=a"], ["--freeze kp_x=a", "no number"]),
+    "frozen twice": (["--freeze", "kp_x=1", "--freeze", "kp_x=2"], ["kp_x is given twice"]),
+    "no UTF-8": (["--start", "\udcff.json"], ["is not UTF-8"]),
+    "deep file": (["--start", "deep.json"], ["deep.json"]),
+    "deep checkpoint": (["--checkpoint", "deep.json"], ["deep.json"]),
     "freeze out of range": (["--freeze", "alpha=7"], ["alpha is 7"]),
     "tie": (["--tie", "kp_x=kp"], ["tied names 'kp'"]),
     "tie without value": (["--tie", "kp_x"], ["--tie kp_x", "NAME=NAME"]),
@@ -251,6 +255,7 @@ FAULTS = {
 @pytest.mark.parametrize(("words", "parts"), FAULTS.values(), ids=FAULTS.keys())
 def test_the_command_refuses(words, parts, cli_tune, tmp_path):
     Controller.published(memory=3).save(tmp_path / "start.json")
+    (tmp_path / "deep.json").write_text("[" * 200_000)
     tune(rng=5, maxfev=20, checkpoint=tmp_path / "other")
     (tmp_path / "controller.json").write_text("precious")
     code, out, err = cli_tune(*SHORT, *words)
@@ -259,13 +264,28 @@ def test_the_command_refuses(words, parts, cli_tune, tmp_path):
     assert err.count("\n") == 1
     assert all(part in err for part in parts), err
     assert (tmp_path / "controller.json").read_text() == "precious"
-    assert sorted(os.listdir(tmp_path)) == ["controller.json", "other", "start.json"]
+    assert sorted(os.listdir(tmp_path)) == [
+        "controller.json",
+        "deep.json",
+        "other",
+        "start.json",
+    ]
 
 
 def test_a_refused_command_leaves_no_file(cli_tune, tmp_path):
     code, _, _ = cli_tune("--structure", "bogus", "--output", "new.json", "--result", "r.json")
     assert code == 2
     assert not os.listdir(tmp_path)
+
+
+def test_a_reader_that_has_gone_is_no_fault(command, tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    options = {"capture_output": False, "stdout": writing, "stderr": subprocess.PIPE}
+    run = command("tune", *SHORT, **options)
+    os.close(writing)
+    assert (run.returncode, run.stderr) == (141, "")
+    assert Controller.load(tmp_path / "controller.json").memory == 5
 
 
 def test_links_are_followed_and_devices_written_to(cli_tune, tmp_path):

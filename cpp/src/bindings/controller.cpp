@@ -112,7 +112,13 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
   if (const Range positive = greater_than(0); !std::isfinite(dt) || !positive.contains(dt)) {
     raise(callable, refuse_number("dt", dt, positive, "s"));
   }
-  const double warp = prewarp.is_none() ? 0 : prewarp.cast<double>();
+  double warp = 0;
+  try {
+    if (!prewarp.is_none()) warp = prewarp.cast<double>();
+  } catch (const py::cast_error&) {
+    raise(callable, refuse(Status::not_a_choice, "prewarp", py::repr(prewarp).cast<std::string>(),
+                           "a number [rad/s] or None"));
+  }
   const Range below = {0, std::acos(-1.0) / dt, false, true};
   if (design.generator == Generator::tustin && !below.contains(warp)) {
     raise(callable, refuse_number("prewarp", warp, below, "rad/s, Nyquist's frequency"));

@@ -251,10 +251,7 @@ Structure structure_of(const PyController& controller, const std::string& parame
   Outcome outcome;
   json::read(parameters, json::Context{"parameters", {}, "", &outcome}, structure.parameters);
   check("structure", outcome);
-  if (structure.settings.memory.is_long()) {
-    raise("structure", refuse_number("memory", structure.settings.memory,
-                                     between(0, maximum_memory), "samples to tune"));
-  }
+  check("structure", explain_memory_to_tune(structure.settings.memory));
   return structure;
 }
 

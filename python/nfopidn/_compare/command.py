@@ -61,12 +61,11 @@ def _shows_progress(arguments: argparse.Namespace) -> bool:
 
 
 def _result(
-    arguments: argparse.Namespace, scenarios: dict[str, Scenario]
+    arguments: argparse.Namespace, scenarios: dict[str, Scenario], tuned_on: str
 ) -> tuple[Comparison | None, bool]:
     """Tune and compare; of what Ctrl-C has ended, what is complete."""
     if not arguments.tune_each:
-        tuned_on = _scenarios([arguments.tune_on])[arguments.tune_on]
-        controllers, complete = _controllers(arguments, tuned_on)
+        controllers, complete = _controllers(arguments, _scenarios([tuned_on])[tuned_on])
         if not controllers:
             return None, complete
         shown = _shows_progress(arguments)
@@ -98,13 +97,16 @@ def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | Non
 
 
 def _compare(arguments: argparse.Namespace) -> int:
+    if arguments.tune_each and arguments.tune_on is not None:
+        raise ValueError(f"--tune-on {arguments.tune_on}: does not apply with --tune-each")
+    tuned_on = arguments.tune_on or "published"
     check_picture(arguments.plot)
     check_outputs(
         {"--csv": arguments.csv, "--markdown": arguments.markdown, "--plot": arguments.plot},
-        inputs=[*arguments.controllers, *arguments.scenarios],
+        inputs=[*arguments.controllers, *arguments.scenarios, tuned_on],
     )
     scenarios = _scenarios(arguments.scenarios)
-    result, complete = _result(arguments, scenarios)
+    result, complete = _result(arguments, scenarios, tuned_on)
     if not complete:
         print("nfopidn: interrupted; the rest is of what was complete", file=sys.stderr)
     if result is None:
@@ -153,7 +155,7 @@ def add_compare(commands: Any) -> None:
         metavar="NAME",
         help="names as below, or scenario files (published continuous continuous-fast)",
     )
-    add("--tune-on", default="published", metavar="NAME", help="where all are tuned (%(default)s)")
+    add("--tune-on", metavar="NAME", help="where all are tuned (published)")
     add("--tune-each", action="store_true", help="tune anew for each scenario instead")
     add("--seeds", type=int, default=10, help="searches of each controller (%(default)s)")
     add("--maxfev", type=int, default=10_000, help="evaluations of a search (%(default)s)")

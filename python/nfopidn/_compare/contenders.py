@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from threading import Event
 from typing import Any
 
-from nfopidn._checks import whole_number
+from nfopidn._checks import names_in, whole_number
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn._interrupt import wish_to_stop
 from nfopidn._parameters import controller_structure
@@ -80,7 +80,7 @@ def contender_names(names: Sequence[str]) -> list[str]:
         A name that is not known.
     """
     chosen: list[str] = []
-    for name in names:
+    for name in names_in("controllers", names):
         members = GROUPS.get(name, [name])
         for member in members:
             if member not in CONTENDERS:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from nfopidn._checks import names_in
 from nfopidn._core import Robot, Scenario, Trajectory
 from nfopidn._parameters import ROBOT_FIELDS
 
@@ -76,7 +77,7 @@ def scenario_suite(names: Sequence[str] | None = None) -> dict[str, Scenario]:
         A name that is not known.
     """
     chosen: dict[str, Scenario] = {}
-    for name in suite_names() if names is None else names:
+    for name in suite_names() if names is None else names_in("scenarios", names):
         path, _, condition = name.partition("/")
         if path not in path_names():
             raise ValueError(f"scenario {name!r}: unknown path; known: {', '.join(path_names())}")

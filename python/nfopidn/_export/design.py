@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nfopidn._checks import scenario_or_published
 from nfopidn._core import LEAST_SPEED_SCALE, Controller, Scenario, __version__
 
 PAPER = [[0.0, 1.0, 1.0], [1.0, 1.0, 0.0]]
@@ -65,6 +66,8 @@ def check_name(name: str) -> None:
 
 def design_of(controller: Controller, scenario: Scenario | None) -> Design:
     """Round to single precision; refuse what a float cannot hold."""
+    if scenario is not None:
+        scenario_or_published(scenario)
     if controller.memory > _LONGEST_MEMORY:
         raise ValueError(
             f"memory is {controller.memory:g}; must be in [0, {_LONGEST_MEMORY}] for firmware, "

@@ -55,7 +55,10 @@ def band(value: Sequence[float] | None, dt: float) -> tuple[float, float]:
     nyquist = math.pi / dt
     if value is None:
         return nyquist / 100, nyquist / 10
-    pair = np.asarray(value, dtype=float).ravel()
+    try:
+        pair = np.asarray(value, dtype=float).ravel()
+    except (TypeError, ValueError):
+        raise ValueError(f"band is {value!r}; must be low and high [rad/s]") from None
     if pair.size != 2:
         raise ValueError(f"band has {pair.size} numbers; must have 2, low and high [rad/s]")
     low, high = (float(edge) for edge in pair)

@@ -176,7 +176,8 @@ def discretise(
     prewarp
         frequency [rad/s] at which the rule's magnitude is exact; None: at 0
     band
-        (low, high) [rad/s] of Oustaloup's; None: three decades that end at Nyquist's frequency
+        (low, high) [rad/s] of Oustaloup's, and of no other's; None: three decades that end at
+        Nyquist's frequency
 
     Returns
     -------
@@ -189,11 +190,13 @@ def discretise(
     """
     order = checks.order("order", order)
     dt = checks.sample_time(dt)
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method is {method!r}; must be one of {', '.join(METHODS)}")
     memory = checks.whole("memory", memory, 0, checks.LONGEST_MEMORY)
     sections = checks.whole("sections", sections, 1, 200)
     warp = checks.prewarp_frequency(prewarp, dt)
+    if band is not None and method != "oustaloup":
+        raise ValueError(f"band is {band!r}; is Oustaloup's, and does not apply to {method!r}")
     pole = checks.POLES.get(method.removesuffix("-cf"), 1.0)
     if method in checks.POLES and order not in {-1.0, 0.0, 1.0}:
         taps = _core.series_weights(pole, order, memory)

@@ -62,7 +62,7 @@ class FractionalFilter:
     ) -> None:
         self._order = checks.order("order", order)
         self._dt = checks.sample_time(dt)
-        if method not in checks.POLES:
+        if not isinstance(method, str) or method not in checks.POLES:
             raise ValueError(f"method is {method!r}; must be one of {', '.join(checks.POLES)}")
         self._method = method
         infinite = isinstance(memory, float) and math.isinf(memory) and memory > 0

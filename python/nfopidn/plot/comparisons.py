@@ -38,15 +38,24 @@ def comparison(result: Comparison, metric: str = "cost", ax: Axes | None = None)
         one of its values
     ax
         where; None: a new figure
+
+    Raises
+    ------
+    ValueError
+        A metric that is not known.
     """
     count = len(result.controllers)
     ax = style.new_axes(ax, (6.4, 1.1 + 0.27 * count))
+    medians = result.median(metric)
     values = result.values[metric]
-    order = np.argsort(-np.nan_to_num(result.median(metric)[:, 0], nan=np.inf))
+    order = np.argsort(-np.nan_to_num(medians[:, 0], nan=np.inf))
     markers = "osD^vP*X"
+    drawn: list[float] = []
     for j, scenario in enumerate(result.scenarios):
-        low, middle, high = np.quantile(values[order, j], [0.25, 0.5, 0.75], axis=1)
+        with np.errstate(invalid="ignore"):  # between infinite costs, of pairs that are not shown
+            low, middle, high = np.quantile(values[order, j], [0.25, 0.5, 0.75], axis=1)
         shown = np.isfinite(middle) & (result.values["diverged"][order, j].mean(axis=1) < 0.5)
+        drawn += [*middle[shown]]
         y = np.arange(count) + 0.12 * (j - (len(result.scenarios) - 1) / 2)
         ax.errorbar(
             middle[shown],
@@ -71,8 +80,7 @@ def comparison(result: Comparison, metric: str = "cost", ax: Axes | None = None)
             transform=ax.get_yaxis_transform(),
         )
     ax.set_yticks(np.arange(count), [result.controllers[i] for i in order])
-    positive = values[np.isfinite(values)]
-    ax.set_xscale("log" if len(positive) and positive.min() > 0 else "linear")
+    ax.set_xscale("log" if drawn and min(drawn) > 0 else "linear")
     unit = METRICS[metric].unit
     label = "cost E, eq. 41" if metric == "cost" else metric.replace("_", " ")
     style.finish(ax, f"{label} [{unit}]" if unit else label, "")

@@ -2,12 +2,19 @@
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
-from nfopidn._checks import no_rival
+from nfopidn._checks import (
+    controller_or_published,
+    is_number,
+    real_number,
+    scenario_or_published,
+    whole_number,
+)
 from nfopidn._core import Controller, Scenario
 
 Array = NDArray[np.float64]
@@ -64,7 +71,10 @@ class Basin:
 def _axis(name: str, given: ArrayLike | None, centre: float) -> Array:
     if given is None:
         return np.linspace(centre - 3, centre + 3, 100)
-    axis = np.atleast_1d(np.asarray(given, dtype=float))
+    try:
+        axis = np.atleast_1d(np.asarray(given, dtype=float))
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {given!r}; must be numbers [m]") from None
     if axis.ndim != 1 or axis.size == 0:
         raise ValueError(f"{name} has shape {axis.shape}; must be one-dimensional, not empty")
     if not np.all(np.abs(axis) <= 1e6):
@@ -73,8 +83,8 @@ def _axis(name: str, given: ArrayLike | None, centre: float) -> Array:
     return axis
 
 
-def _check(name: str, value: float, low: float, high: float, unit: str) -> None:
-    if not low < value <= high:
+def _check(name: str, value: Any, low: float, high: float, unit: str) -> None:
+    if not is_number(value) or not low < float(value) <= high:
         raise ValueError(f"{name} is {value}; must be in ({low:g}, {high:g}] {unit}")
 
 
@@ -130,21 +140,18 @@ def basin(
     >>> found.converged.shape
     (3, 3)
     """
-    scenario = Scenario.published(rng=0) if scenario is None else scenario
-    controller = Controller.published() if controller is None else no_rival(controller)
+    scenario = scenario_or_published(scenario)
+    controller = controller_or_published(controller)
     path = scenario.trajectory
     start = scenario.initial_pose or (path.x[0], path.y[0], path.theta[0])
     x_axis, y_axis = _axis("x", x, float(path.x[0])), _axis("y", y, float(path.y[0]))
-    heading = float(start[2]) if theta is None else float(theta)
-    if not abs(heading) <= 1e6:
-        raise ValueError(f"theta is {heading}; must be in [-1e+06, 1e+06] rad")
+    heading = real_number("theta", float(start[2]) if theta is None else theta, -1e6, 1e6, " rad")
     _check("tolerance", tolerance, 0, 1e6, "m")
     if heading_tolerance is not None:
         _check("heading_tolerance", heading_tolerance, 0, 1e6, "rad")
     _check("last", last, 0, float(path.t[-1]), "s")
-    threads = min(os.cpu_count() or 1, _MOST_WORKERS) if workers is None else workers
-    if not 1 <= threads <= _MOST_WORKERS:
-        raise ValueError(f"workers is {threads}; must be in [1, {_MOST_WORKERS}]")
+    own = min(os.cpu_count() or 1, _MOST_WORKERS)
+    threads = whole_number("workers", own if workers is None else workers, 1, _MOST_WORKERS)
 
     columns, rows = np.meshgrid(x_axis, y_axis)
     poses = np.column_stack([columns.ravel(), rows.ravel(), np.full(columns.size, heading)])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._checks import no_rival
+from nfopidn._checks import controller_or_published, scenario_or_published
 from nfopidn._core import Controller, Scenario, Trajectory
 
 Array = NDArray[np.float64]
@@ -290,8 +290,8 @@ def loop(scenario: Scenario | None = None, controller: Controller | None = None)
     >>> print(nfopidn.stability.loop(controller=incremental).verdict)
     unstable
     """
-    scenario = Scenario.published(rng=0) if scenario is None else scenario
-    controller = Controller.published() if controller is None else no_rival(controller)
+    scenario = scenario_or_published(scenario)
+    controller = controller_or_published(controller)
     found = _core.analyse_loop(scenario, controller)
     lost = found["verdict"] == "no_orbit"
     switches = {

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._checks import no_rival
+from nfopidn._checks import controller_or_published, is_number, scenario_or_published
 from nfopidn._core import Controller, Scenario
 from nfopidn.stability._z_plane import short_memory
 
@@ -333,12 +333,13 @@ def margins(
     >>> found.stable
     True
     """
-    scenario = Scenario.published(rng=0) if scenario is None else scenario
-    controller = Controller.published() if controller is None else no_rival(controller)
+    scenario = scenario_or_published(scenario)
+    controller = controller_or_published(controller)
     short_memory(controller)
-    speed = float(scenario.trajectory.peak_speed if speed is None else speed)
-    if not (abs(speed) <= 1e3 and speed != 0):
-        raise ValueError(f"speed is {speed}; must be in [-1000, 1000] m/s and not 0")
+    speed = scenario.trajectory.peak_speed if speed is None else speed
+    if not is_number(speed) or not abs(float(speed)) <= 1e3 or speed == 0:
+        raise ValueError(f"speed is {speed!r}; must be in [-1000, 1000] m/s and not 0")
+    speed = float(speed)
     linear = _Linear(scenario, controller, speed)
     poles = linear.poles()
     if not abs(poles[0]) < 1:

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nfopidn._checks import no_rival
+from nfopidn._checks import no_rival, real_number, whole_number
 from nfopidn._core import Controller, series_weights
 
 Place = Literal["inside", "on", "outside"]
@@ -196,12 +196,8 @@ def operator(
     stable: 2 poles inside the unit circle, largest modulus 0; 2 zeros inside the unit circle, \
 largest modulus 0.7071
     """
-    if not -2 <= order <= 2:
-        raise ValueError(f"order is {order}; must be in [-2, 2]")
-    if not 0 <= memory <= MOST_MEMORY or memory != int(memory):
-        raise ValueError(f"memory is {memory}; must be a whole number in [0, {MOST_MEMORY}]")
+    order = real_number("order", order, -2, 2)
+    memory = whole_number("memory", memory, 0, MOST_MEMORY)
     if generator not in ("tustin", "gl"):
         raise ValueError(f"generator is {generator!r}; must be one of 'tustin', 'gl'")
-    return _filter(
-        series_weights(0.0 if generator == "gl" else 1.0, order, int(memory)), sums=False
-    )
+    return _filter(series_weights(0.0 if generator == "gl" else 1.0, order, memory), sums=False)

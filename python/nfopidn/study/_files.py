@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DOTS_PER_INCH = 100
+_WRITTEN_BY = "Written by `nfopidn study`"
 #: What would differ from one run of the study to the next.
 _SAME_EACH_TIME: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
@@ -75,7 +77,7 @@ class Folder:
     def index(self, heading: str) -> None:
         """Write README.md: what the folder has."""
         text = StringIO()
-        text.write(f"# {heading}\n\nWritten by `nfopidn study`; not edited by hand.\n")
+        text.write(f"# {heading}\n\n{_WRITTEN_BY}; not edited by hand.\n")
         text.write("\n| figure | |\n| --- | --- |\n")
         for name, title in self.figures.items():
             text.write(f"| [{name}]({name}.png) ([SVG]({name}.svg)) | {title} |\n")
@@ -101,13 +103,16 @@ def make_folder(path: str | os.PathLike[str]) -> Folder:
     ------
     OSError
         If it cannot.
+    ValueError
+        If it has a README.md that is not of a study.
     """
     folder = Path(path)
     folder.mkdir(parents=True, exist_ok=True)
-    with draft_of(folder / "README.md.test") as draft:
-        draft.touch()
-    (folder / "README.md.test").unlink()
-    return Folder(folder)
+    index = folder / "README.md"
+    if index.exists() and _WRITTEN_BY not in index.read_text(encoding="utf-8", errors="replace"):
+        raise ValueError(f"{index}: is not of a study, and would be replaced; give another folder")
+    with TemporaryFile(dir=folder):
+        return Folder(folder)
 
 
 def _plain(cell: Any, digits: int) -> Cell:

@@ -39,7 +39,8 @@ def reproduce(
     Raises
     ------
     ValueError
-        If `seeds` is no whole number of at least 1.
+        If `seeds` is no whole number of at least 1, or the folder has a README.md that is not of a
+        study.
     ImportError
         If CasADi (or rich, for the bar) is not installed.
     OSError

@@ -55,6 +55,14 @@ inline Outcome read_taps(const Json& value, ControllerDesign& design) {
   return outcome;
 }
 
+// Memory beyond that of taps, which searches have no modes for.
+inline Outcome explain_memory_to_tune(const Memory& memory) {
+  if (!memory.is_long()) return {};
+  const double samples =
+      memory.is_infinite() ? std::numeric_limits<double>::infinity() : static_cast<double>(memory);
+  return refuse_number("memory", samples, between(0, maximum_memory), "samples to tune");
+}
+
 // Long memory needs operators whose tail is made of modes.
 inline Outcome explain_consistency(const ControllerDesign& design) {
   const Finding finding = check_consistency(design);
