@@ -85,7 +85,10 @@ def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
 def replace_file(path: str | PathLike[str], text: str) -> None:
     """Write a file whole or not at all."""
     with draft_of(path) as draft:
-        draft.write_text(text, encoding="utf-8")
+        try:
+            draft.write_text(text, encoding="utf-8")
+        except OSError as error:  # a write that fails names no file
+            raise OSError(error.errno, error.strerror, os.fspath(path)) from None
 
 
 def save_picture(figure: Figure, path: str) -> None:

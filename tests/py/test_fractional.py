@@ -368,6 +368,7 @@ def test_continuous_gains_by_other_rules(dt, prewarp, generator):
     [
         ((np.eye(3), 0.5, 0.5, 0.0), "dt is 0; must be"),
         ((np.eye(3), 0.5, 0.5, 0.2, 16.0), "prewarp is 16"),
+        ((np.eye(3), 0.5, 0.5, 0.2, "x"), "prewarp is 'x'; must be a number"),
         ((np.eye(2), 0.5, 0.5, 0.2), "gains"),
         ((np.eye(3), 3.0, 0.5, 0.2), "alpha"),
         ((np.full((3, 3), 1000.0), 1.0, 1.0, 1e-3), "gains.* is 19999.*must be in"),

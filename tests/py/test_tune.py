@@ -3,9 +3,11 @@
 import copy
 import json
 import math
+import os
 import pickle
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -208,6 +210,26 @@ def test_workers_change_nothing(structure):
 
 def test_workers_change_nothing_over_several_scenarios():
     same(short(scenarios(), risk=0.5), short(scenarios(), risk=0.5, workers=2))
+
+
+def test_one_objective_serves_threads_and_forked_processes():
+    objective = Objective(workers=2)
+    points = objective.bounds[:, 0] + np.linspace(0, 0.3, 40)[:, None]
+    wanted = Objective().costs(points)
+    assert_array_equal(objective.costs(points), wanted)
+    with ThreadPoolExecutor(4) as pool:
+        for costs in pool.map(objective.costs, [points] * 20):
+            assert_array_equal(costs, wanted)
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.write(write, objective.costs(points).tobytes())
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read, "rb") as pipe:
+        assert_array_equal(np.frombuffer(pipe.read()), wanted)
+    assert os.waitpid(child, 0)[1] == 0
+    assert_array_equal(objective.costs(points), wanted)
 
 
 def test_the_seed_decides_the_course():
@@ -441,6 +463,8 @@ def test_a_result_of_few_evaluations_is_written_and_read(maxfev, tmp_path):
     result = short(maxfev=maxfev)
     result.to_json(tmp_path / "result.json")
     same(result, TuneResult.from_json(tmp_path / "result.json"))
+    with pytest.raises(OSError, match=r"No space left.*/dev/full"):
+        result.to_json("/dev/full")
 
 
 def test_a_structure_of_settings_is_written_and_read(tmp_path):
