@@ -51,7 +51,10 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ())
         if name is None:
             continue
         path = Path(name)
-        place = path if path.exists() else path.parent
+        try:
+            place = path if path.exists() else path.parent
+        except OSError as error:  # too long a name
+            raise ValueError(f"{option} {name}: cannot be written: {error.strerror}") from None
         if path.is_dir() or not place.exists() or not os.access(place, os.W_OK):
             reason = errno.EISDIR if path.is_dir() else errno.EACCES
             reason = reason if place.exists() else errno.ENOENT

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import inspect
+import os
 import queue
 import threading
 import weakref
@@ -14,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nfopidn._search import Array, OptimizeResult, bfoa, check_settings, read_box
+from nfopidn._search import Array, Callback, OptimizeResult, bfoa, check_settings, read_box
 
+_CLOSED = "The search was closed; this is the best so far."
 _OPEN: weakref.WeakSet[Forager] = weakref.WeakSet()
 
 
@@ -47,20 +49,31 @@ class Forager:
         self._asked: Array | None = None
         self._error: BaseException | None = None
         self._closed = False
+        self._ending = False  # asked for by the callback
         #: The OptimizeResult once ask() has returned None.
         self.result: OptimizeResult | None = None
         read_box(bounds)
         given = inspect.signature(bfoa).bind(None, bounds, **arguments)
         given.apply_defaults()
-        words = inspect.signature(check_settings).parameters
-        check_settings(**{name: given.arguments[name] for name in words if name != "rng"}, rng=0)
+        words = {
+            name: given.arguments[name] for name in inspect.signature(check_settings).parameters
+        }
+        if hasattr(words["rng"], "integers"):  # a generator's numbers are the search's
+            words["rng"] = 0
+        check_settings(**words)
+        self._process = os.getpid()
+        callback = given.arguments["callback"]
+        if callback is not None:
+            arguments["callback"] = self._told(callback)
 
         def work() -> None:
             try:
                 self.result = bfoa(self._evaluate, bounds, vectorized=True, **arguments)
+                if self._ending:
+                    self.result["message"] = _CLOSED
             except _ClosedError as closed:
                 self.result = closed.best
-                self.result["message"] = "The search was closed; this is the best so far."
+                self.result["message"] = _CLOSED
             except BaseException as error:
                 self._error = error
             self._points.put(None)
@@ -76,8 +89,31 @@ class Forager:
             raise _ClosedError
         return costs
 
+    def _told(self, callback: Callback) -> Callback:
+        def tell_result(result: OptimizeResult) -> object:
+            answer = callback(result)
+            if self._ending:
+                raise StopIteration
+            return answer
+
+        return tell_result
+
+    def _is_searching(self) -> bool:
+        """Whether it is the callback that calls, which the search waits for."""
+        return threading.current_thread() is self._thread
+
     def ask(self) -> Array | None:
-        """Give the points (n, p) whose costs are wanted, the same until told; None at the end."""
+        """Give the points (n, p) whose costs are wanted, the same until told; None at the end.
+
+        Raises
+        ------
+        ValueError
+            From a callback, or in a forked process.
+        """
+        if self._is_searching():
+            raise ValueError("ask() is not for a callback, which the search waits for")
+        if self._process != os.getpid():
+            raise ValueError("ask() comes in another process than the Forager is in")
         if self._asked is None and not self._closed:
             self._asked = self._points.get()
             self._closed = self._asked is None
@@ -106,6 +142,12 @@ class Forager:
 
     def close(self) -> None:
         """End the search early; result holds the best so far."""
+        if self._is_searching():
+            self._ending = True
+            return
+        if self._process != os.getpid():  # a fork, in which the search does not run
+            self._closed = True
+            return
         if not self._closed:
             self.ask()
         if not self._closed:

@@ -131,7 +131,7 @@ def is_rival(structure: Structure) -> bool:
     """Whether a structure is a rival's law: its name, or settings of Rival with `law`."""
     if isinstance(structure, Mapping):
         return "law" in structure
-    return structure in Rival.laws()
+    return isinstance(structure, str) and structure in Rival.laws()
 
 
 def controller_structure(structure: Structure) -> tuple[dict[str, Any], str]:
@@ -144,7 +144,13 @@ def controller_structure(structure: Structure) -> tuple[dict[str, Any], str]:
     if not isinstance(structure, Mapping):
         raise ValueError(f"structure is {structure!r}; must be a name or settings of Controller")
     settings = dict(structure)
-    return settings, settings.pop("parameters", "shared-orders")
+    for name in settings:
+        if not isinstance(name, str):
+            raise ValueError(f"structure: {name!r} is no name of a setting")
+    parameters = settings.pop("parameters", "shared-orders")
+    if not isinstance(parameters, str):
+        raise ValueError(f"structure: parameters is {parameters!r}; must be a name")
+    return settings, parameters
 
 
 def _controller_box(structure: Structure) -> tuple[Controller, str, Box]:
@@ -157,6 +163,8 @@ def _controller_box(structure: Structure) -> tuple[Controller, str, Box]:
 
 def _rival_box(structure: str | Mapping[str, Any]) -> tuple[Rival, Box]:
     """Give the law of a structure, and its parameters with their bounds."""
+    if isinstance(structure, Mapping) and not isinstance(structure["law"], str):
+        raise ValueError(f"structure: law is {structure['law']!r}; must be a name")
     rival = Rival(structure) if isinstance(structure, str) else Rival(**structure)
     return rival, {name: (low, high) for name, _, low, high, _ in Rival.describe(rival.law)}
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from numbers import Integral
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
 from nfopidn._checks import is_number, whole_number
+from nfopidn._files import check_outputs
 from nfopidn._progress import Report, progress
 
 Array = NDArray[np.float64]
@@ -135,12 +137,12 @@ def check_settings(
     callback: Callback | None,
 ) -> Settings:
     """Refuse what is out of range; fill in what is missing."""
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
         maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
-    if not is_number(maxfev) or not 1 <= maxfev <= UNLIMITED or int(maxfev) != maxfev:
-        raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62]")
+    elif not is_number(maxfev) or not 1 <= maxfev < UNLIMITED or int(maxfev) != maxfev:
+        raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62)")
     if maxtime is not None and not (is_number(maxtime) and maxtime > 0):
         raise ValueError(f"maxtime is {maxtime}; must be greater than 0 s")
     if stopval is not None and not is_number(stopval):
@@ -148,6 +150,7 @@ def check_settings(
     if callback is not None and not callable(callback):
         raise ValueError(f"callback is {callback!r}; must be a function or None")
     options = _checked_options(options)
+    _core.check_options(method, options)
     path = _checked_path(checkpoint)
     return Settings(
         method=method,
@@ -173,7 +176,7 @@ def _checked_options(options: Mapping[str, Any] | None) -> dict[str, Any]:
             raise ValueError(f"options: {name!r} is no name of an option")
         if not is_number(value) or not np.isfinite(float(value)):
             raise ValueError(f"options: {name} is {value}; must be a finite number")
-        plain[name] = value.item() if isinstance(value, np.generic) else value
+        plain[name] = int(value) if isinstance(value, Integral) else float(value)
     return plain
 
 
@@ -185,6 +188,11 @@ def _checked_path(checkpoint: Any) -> str:
     path = fspath(checkpoint)
     if path == "" or "\0" in path:
         raise ValueError(f"checkpoint is {path!r}, empty or with a NUL; must be the name of a file")
+    try:
+        path.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"checkpoint is {path!r}; must be UTF-8") from None
+    check_outputs({"checkpoint": path})
     return path
 
 
@@ -195,6 +203,8 @@ def _seed(rng: Any, checkpoint: str) -> int:
         return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
+    if np.ndim(rng) != 0:
+        raise ValueError(f"rng has {np.ndim(rng)} dimensions; must be a number")
     try:
         seed = int(rng)
     except (TypeError, ValueError, OverflowError):
@@ -212,7 +222,7 @@ def _seed_of_checkpoint(path: str) -> int | None:
         seed = json.loads(Path(path).read_text(encoding="utf-8"))["problem"]["seed"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None  # the core says what is wrong with the file
-    return seed if isinstance(seed, int) else None
+    return seed if isinstance(seed, int) and 0 <= seed <= 2**53 else None
 
 
 def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
@@ -232,7 +242,6 @@ class Observer:
     def __init__(self, callback: Callback | None, report: Report) -> None:
         self.callback = callback
         self.report = report
-        self.raised: BaseException | None = None
 
     def __call__(self, x: Array, fun: float, nfev: int, mean: float, step: float) -> bool:
         """Hand the result so far on; False ends the search."""
@@ -242,9 +251,6 @@ class Observer:
         try:
             self.callback(OptimizeResult(x=x, fun=fun, nfev=nfev, mean=mean, step=step))
         except StopIteration:
-            return False
-        except BaseException as error:  # handed on, with the best so far, once the search has ended
-            self.raised = error
             return False
         return True
 
@@ -258,13 +264,17 @@ def run(
 ) -> tuple[dict[str, Any], BaseException | None]:
     """Run one search of the core with its callback and its progress bar."""
     total = None if settings.maxfev == UNLIMITED else settings.maxfev
-    with progress(title, total, settings.progress) as report:
-        observer = Observer(callback, report)
-        if callback is not None or settings.progress:
-            request["callback"] = observer
-        found = search(request)
-    raised = found.pop("raised")
-    return found, observer.raised or raised
+    found: dict[str, Any] = {}
+    try:
+        with progress(title, total, settings.progress) as report:
+            if callback is not None or settings.progress:
+                request["callback"] = Observer(callback, report)
+            found.update(search(request))
+    except KeyboardInterrupt as interrupt:
+        if not found:
+            raise
+        found["raised"] = found["raised"] or interrupt  # as the bar was taken away
+    return found, found.pop("raised")
 
 
 def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
@@ -360,6 +370,8 @@ def bfoa(
     if not callable(func):
         raise ValueError(f"func is {func!r}; must be a function")
     with ExitStack() as stack:
+        if not callable(workers):
+            whole_number("workers", workers, 1, MOST_WORKERS)
         block = func if vectorized else _pointwise(func, workers, stack)
         request = settings.request(low, high, {"kind": "function"})
         request["most_at_once"] = UNLIMITED
@@ -400,7 +412,7 @@ def _pointwise(
     mapping: Callable[..., Iterable[Any]] | None = None
     if callable(workers):
         mapping = workers
-    elif whole_number("workers", workers, 1, MOST_WORKERS) > 1:
+    elif workers > 1:
         mapping = stack.enter_context(ProcessPoolExecutor(workers)).map
 
     def each(points: Array) -> Array:

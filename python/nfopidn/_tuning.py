@@ -40,8 +40,15 @@ from nfopidn._search import (
     run,
 )
 
+_NO_TIME = 1e-9  # [s]
 TUNING_FORMAT = "nfopidn-tuning"
 TUNING_VERSION = 1
+
+#: What a document must have, besides those that from_json() reads one by one.
+_FIELDS = (
+    *("fun", "nfev", "nit", "parameters", "seed", "message", "success", "status", "elapsed"),
+    *("structure", "options", "method"),
+)
 
 #: Up to this status a search has come to its end or its time is up; beyond, it was told to end.
 OUT_OF_TIME = list(MESSAGES).index("time")
@@ -80,7 +87,7 @@ class TuneResult(OptimizeResult):
                 raise ValueError(
                     f"must be a document {TUNING_FORMAT!r} of version {TUNING_VERSION}"
                 )
-            for key in ("fun", "nfev", "parameters", "seed", "message"):
+            for key in _FIELDS:
                 fields[key]
             fields["fun"] = _number_in(fields, "fun")
             fields["nfev"] = int(_number_in(fields, "nfev"))
@@ -95,7 +102,12 @@ class TuneResult(OptimizeResult):
             scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
             if not scenarios:
                 raise ValueError("scenario is empty")
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            structure = fields["structure"]
+            if isinstance(structure, dict) and isinstance(structure.get("robot"), dict):
+                structure["robot"] = Robot(**structure["robot"])
+        except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+            raise ValueError(f"{path}: not a tuning result: {error}") from None
+        except RecursionError as error:
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
@@ -152,6 +164,10 @@ class Objective:
         workers: int = 1,
     ) -> None:
         """Take the arguments of tune()."""
+        self._arguments: dict[str, Any] = {
+            **{"scenario": scenario, "structure": structure, "bounds": bounds, "frozen": frozen},
+            **{"tied": tied, "risk": risk, "workers": workers},
+        }
         search = make_search(structure, bounds, frozen, tied)
         if not isinstance(search, ControllerSearch):
             raise ValueError(f"structure is {structure!r}, a rival; must be one of a Controller")
@@ -163,15 +179,21 @@ class Objective:
         self.bounds = np.column_stack([search.low, search.high])
         self._function = _cost_function(_scenarios(scenario), search, risk, workers)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Tell pickle and copy to make it anew."""
+        return _objective, (self._arguments,)
+
     def __call__(self, x: ArrayLike) -> float:
         """Give the cost (eq. 41) of a point (p,)."""
         return float(self._function.costs(self._point(x)[None, :])[0])
 
     def costs(self, points: ArrayLike) -> Array:
         """Give the costs (n,) of points (n, p)."""
-        rows = np.array(points, dtype=float)
+        rows = _numbers("points", points)
         if rows.ndim != 2:
             raise ValueError(f"points have the shape {rows.shape}; must be (n, {self._size})")
+        if not np.isfinite(rows).all():
+            raise ValueError("points hold NaN or infinity; must be finite")
         return self._function.costs(rows)
 
     def gradient(self, x: ArrayLike) -> tuple[float, Array]:
@@ -188,7 +210,7 @@ class Objective:
         return len(self.parameters)
 
     def _point(self, x: ArrayLike) -> Array:
-        point = np.array(x, dtype=float)
+        point = _numbers("x", x)
         if point.shape != (self._size,):
             raise ValueError(f"x has the shape {point.shape}; must be ({self._size},)")
         if not np.isfinite(point).all():
@@ -198,6 +220,19 @@ class Objective:
     def parameters_of(self, controller: Controller) -> Array:
         """Give the free parameters (p,) that a controller has."""
         return self._search.start(controller)
+
+
+def _objective(arguments: dict[str, Any]) -> Objective:
+    return Objective(**arguments)
+
+
+def _numbers(name: str, given: ArrayLike) -> Array:
+    try:
+        if not np.iscomplexobj(given):
+            return np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"{name} must be real numbers")
 
 
 def _cost_function(
@@ -303,13 +338,12 @@ def tune(
         return _either_lateral(scenarios, search, settings, start, shared)
     before: TuneResult | None = None
     if start is None and isinstance(search, ControllerSearch) and search.parameters == "taps":
-        before = _first_gains(
-            scenarios, structure, settings, callback, {"workers": workers, "risk": risk}
-        )
-        first = _within(search, before.controller)
+        limits = {"workers": workers, "risk": risk}
+        before = _first_gains(scenarios, search, structure, settings, callback, limits)
+        first = before.x
         over = before.nfev >= settings.maxfev or before.elapsed >= settings.maxtime
         if before.status > OUT_OF_TIME or over:
-            return _as_taps(before, search, structure, _cost_function(scenarios, search, risk, 1))
+            return before
     problem = {
         "kind": "tune",
         "scenario": [json.loads(one.to_json()) for one in scenarios],
@@ -322,7 +356,7 @@ def tune(
     request = settings.request(search.low, search.high, problem)
     if before is not None:
         request["maxfev"] -= before.nfev
-        request["maxtime"] = max(request["maxtime"] - before.elapsed, 1e-9)
+        request["maxtime"] = max(request["maxtime"] - before.elapsed, _NO_TIME)
     request["start"] = first
     reply, raised = run(
         lambda request: search.run(scenarios, float(risk), int(workers), request),
@@ -378,25 +412,43 @@ def _scenarios(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenario]
 
 def _first_gains(
     scenarios: list[Scenario],
+    search: ControllerSearch,
     structure: str | Mapping[str, Any] | None,
     settings: Settings,
     callback: Callback | None,
     shared: Mapping[str, Any],
 ) -> TuneResult:
-    """Find gains and orders from which a search for free taps starts."""
+    """Find gains and orders from which a search for free taps starts, and give them as taps."""
     chosen, _ = controller_structure(structure)
-    return tune(
-        scenarios,
-        structure={**chosen, "parameters": "orders-by-channel"},
-        rng=settings.seed,
-        maxfev=_gains_share(settings),
-        maxtime=None if np.isinf(settings.maxtime) else _core.START_SHARE * settings.maxtime,
-        stopval=_stopval(settings),
-        callback=callback,
-        checkpoint=_stage_path(settings, FIRST_STAGE),
-        progress=settings.progress,
-        **shared,
-    )
+    maxtime = None if np.isinf(settings.maxtime) else _core.START_SHARE * settings.maxtime
+    if settings.checkpoint and any(
+        Path(settings.checkpoint + stage).exists() for stage in LATERAL_STAGES.values()
+    ):
+        # What came after has begun where this stage had ended, by its time perhaps: no further.
+        maxtime = _NO_TIME
+
+    def as_taps(found: TuneResult) -> TuneResult:
+        cost = _cost_function(scenarios, search, shared["risk"], 1)
+        return _as_taps(found, search, structure, cost, settings.stopval)
+
+    try:
+        found = tune(
+            scenarios,
+            structure={**chosen, "parameters": "orders-by-channel"},
+            rng=settings.seed,
+            maxfev=_gains_share(settings),
+            maxtime=maxtime,
+            stopval=_stopval(settings),
+            callback=callback,
+            checkpoint=_stage_path(settings, FIRST_STAGE),
+            progress=settings.progress,
+            **shared,
+        )
+    except BaseException as error:
+        if isinstance(getattr(error, "best", None), TuneResult):
+            error.best = as_taps(error.best)  # type: ignore[attr-defined]
+        raise
+    return as_taps(found)
 
 
 def _either_lateral(
@@ -433,13 +485,11 @@ def _either_lateral(
     if start is None:
         limits = {"workers": shared["workers"], "risk": shared["risk"]}
 
-        def gains() -> TuneResult:
-            found = _first_gains(scenarios, "taps", settings, callback, limits)
-            cost = _cost_function(scenarios, search, shared["risk"], 1)
-            return _as_taps(found, search, "taps", cost)
-
+        gains = partial(_first_gains, scenarios, search, "taps", settings, callback, limits)
         if not add(gains):
             return _best_of(stages)
+        if stages[0].status != OUT_OF_TIME:
+            rest = left
         start = stages[0].controller
     laterals = _core.FREE_TAP_LATERALS
     for lateral in laterals:
@@ -517,11 +567,15 @@ def _best_of(stages: list[TuneResult]) -> TuneResult:
 
 
 def _as_taps(
-    found: TuneResult, search: ControllerSearch, structure: Any, cost: _core.CostFunction
+    found: TuneResult,
+    search: ControllerSearch,
+    structure: Any,
+    cost: _core.CostFunction,
+    stopval: float,
 ) -> TuneResult:
     """Give a search that ended with gains and orders as one for taps.
 
-    Its cost is that of the free taps: they may be frozen or tied, and not make what was found.
+    Its costs are those of the free taps: they may be frozen or tied, and not make what was found.
     """
     x = _within(search, found.controller)
     fun = float(cost.costs(x[None, :])[0])
@@ -534,4 +588,7 @@ def _as_taps(
         population=x[None, :],
         population_energies=np.array([fun]),
     )
+    found.history["best"] = np.maximum(found.history["best"], fun)
+    if found.status == list(MESSAGES).index("target") and fun > stopval:
+        found.update(status=list(MESSAGES).index("evaluations"), message=MESSAGES["evaluations"])
     return found

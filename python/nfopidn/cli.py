@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from math import isfinite
 from typing import Any
 
@@ -14,6 +15,7 @@ from nfopidn._compare.command import add_compare
 from nfopidn._files import check_outputs, check_picture, load_controller, save_picture
 from nfopidn._interrupt import EXIT_INTERRUPTED
 from nfopidn._report.command import add_report
+from nfopidn._search import FIRST_STAGE, LATERAL_STAGES
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
@@ -53,17 +55,29 @@ def _options(words: Sequence[str]) -> dict[str, float]:
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
 
 
+@contextmanager
+def _kept(faults: list[OSError | ValueError]) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, ValueError) as error:  # the core raises the latter
+        faults.append(error)
+
+
 def _tune(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = load_controller(arguments.start) if arguments.start else None
     check_picture(arguments.plot)
+    outputs = {
+        "--output": arguments.output,
+        "--result": arguments.result,
+        "--plot": arguments.plot,
+        "--checkpoint": arguments.checkpoint,
+    }
+    if arguments.checkpoint and arguments.structure == "taps":  # whose stages have their own
+        for stage in (FIRST_STAGE, *filter(None, LATERAL_STAGES.values())):
+            outputs[f"--checkpoint{stage}"] = arguments.checkpoint + stage
     check_outputs(
-        {
-            "--output": arguments.output,
-            "--result": arguments.result,
-            "--plot": arguments.plot,
-            "--checkpoint": arguments.checkpoint,
-        },
+        outputs,
         inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
     )
     result = nfopidn.tune(
@@ -84,17 +98,23 @@ def _tune(arguments: argparse.Namespace) -> int:
         start=start,
         risk=arguments.risk,
     )
-    result.controller.save(arguments.output)
+    faults: list[OSError | ValueError] = []  # of one file; the others are written all the same
+    with _kept(faults):
+        result.controller.save(arguments.output)
     if arguments.result:
-        result.to_json(arguments.result)
+        with _kept(faults):
+            result.to_json(arguments.result)
     if arguments.plot:
-        save_picture(result.plot().figure, arguments.plot)
+        with _kept(faults):
+            save_picture(result.plot().figure, arguments.plot)
     if not arguments.quiet:
         print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
         print(f"seed {result.seed}. {result.message}")
         for name, value in zip(result.parameters, result.x, strict=True):
             print(f"  {name:12} {value:.10g}")
-        print(f"written: {arguments.output}")
+        print(f"written: {arguments.output}" if not faults else "not all could be written")
+    if faults:
+        raise faults[0]
     return 0 if result.success else EXIT_INTERRUPTED
 
 

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
@@ -152,12 +153,12 @@ def test_bad_bounds_are_refused(make, bounds, parts):
     ("arguments", "parts"),
     [
         ({"method": "pso"}, ["method is 'pso'", "'bfoa+'", "'bfoa'"]),
-        ({"maxfev": 0}, ["maxfev is 0", "[1, 2**62]"]),
+        ({"maxfev": 0}, ["maxfev is 0", "[1, 2**62)"]),
         ({"maxfev": math.nan}, ["maxfev is nan", "whole number"]),
         ({"maxfev": math.inf}, ["maxfev is inf", "whole number"]),
         ({"maxfev": 2.5}, ["maxfev is 2.5", "whole number"]),
         ({"maxfev": True}, ["maxfev is True", "whole number"]),
-        ({"maxfev": 2**63}, ["maxfev is", "[1, 2**62]"]),
+        ({"maxfev": 2**63}, ["maxfev is", "[1, 2**62)"]),
         ({"maxtime": 0}, ["maxtime is 0", "greater than 0 s"]),
         ({"maxtime": math.nan}, ["maxtime is nan", "greater than 0 s"]),
         ({"stopval": math.nan}, ["stopval is nan"]),
@@ -760,3 +761,55 @@ def test_a_field_of_a_result_can_be_set_as_an_attribute():
     result.fun = 3.0
     assert result["fun"] == 3.0
     assert repr(OptimizeResult()) == "OptimizeResult({})"
+
+
+def test_a_forager_may_be_closed_by_its_callback():
+    forager = Forager([(0, 1)] * 2, rng=1, callback=lambda _: forager.close())
+    while (points := forager.ask()) is not None:
+        forager.tell(((points - 0.3) ** 2).sum(axis=1))
+    assert "closed" in forager.result.message
+    assert forager.result.fun < 0.01
+    errors = []
+
+    def ask(_):
+        try:
+            asking.ask()
+        except ValueError as error:
+            errors.append(str(error))
+
+    asking = Forager([(0, 1)] * 2, rng=1, maxfev=400, callback=ask)
+    while (points := asking.ask()) is not None:
+        asking.tell(((points - 0.3) ** 2).sum(axis=1))
+    assert errors
+    assert "not for a callback" in errors[0]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"rng": -1},
+        {"options": {"foo": 1}},
+        {"method": "bfoa", "options": {"cells": 7}},
+        {"checkpoint": "/none/x"},
+        {"checkpoint": "/"},
+    ],
+)
+def test_a_forager_refuses_what_the_core_would(words):
+    with pytest.raises(ValueError, match=next(iter(set(words) - {"method"}))):
+        Forager([(0, 1)], **words)
+
+
+def test_a_forked_process_ends_without_the_search():
+    forager = Forager([(0, 1)] * 2, rng=1, maxfev=400)
+    forager.tell(((forager.ask() - 0.3) ** 2).sum(axis=1))
+    child = os.fork()
+    if child == 0:
+        forager.close()
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+    forager.close()
+
+
+def test_workers_are_looked_at_beside_vectorized():
+    with refused("workers is -3"):
+        bfoa(lambda points: points.sum(1), [(0, 1)], vectorized=True, workers=-3)

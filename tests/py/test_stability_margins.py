@@ -176,5 +176,5 @@ def test_the_default_speed_is_the_paths_peak():
 
 @pytest.mark.parametrize("speed", [0, 1001, -1001, np.nan, np.inf])
 def test_a_speed_out_of_range_is_refused(speed):
-    with refused(f"speed is {float(speed)}", "in [-1000, 1000] m/s and not 0"):
+    with refused(f"speed is {speed}", "in [-1000, 1000] m/s"):
         stability.margins(speed=speed)

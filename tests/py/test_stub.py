@@ -26,6 +26,7 @@ MODULE = public(STUB.body)
 # What tune(), bfoa(), nfopidn.stability and nfopidn.fractional are made of: they are documented,
 # these are not.
 INNER = {
+    "check_options",
     "analyse_loop",
     "loop_jacobians",
     "series_weights",

@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -18,11 +19,13 @@ from nfopidn import (
     Robot,
     Scenario,
     TuneResult,
+    _search,
     default_bounds,
     plot,
     simulate,
     tune,
 )
+from nfopidn._search import MESSAGES
 from numpy.testing import assert_array_equal
 from refusal import refused
 from results import same
@@ -812,3 +815,134 @@ def test_a_result_without_a_finite_cost_is_json(tmp_path):
 def test_a_wrong_type_is_refused_by_name(arguments, part):
     with refused(part):
         tune(**({"rng": 1, "maxfev": 20} | arguments))
+
+
+# Free taps whose gains do not become taps
+
+
+def frozen_x():
+    return {f"tap_x_{i}": 0.0 for i in range(7)}
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_wanted_cost_is_one_of_taps(named):
+    structure = "taps" if named else {"lateral": "speed", "parameters": "taps"}
+    result = tune(structure=structure, frozen=frozen_x(), stopval=0.03, rng=1, maxfev=3000)
+    assert (result.status == list(MESSAGES).index("target")) == (result.fun <= 0.03)
+    assert result.history["best"][-1] == result.fun
+    assert np.all(np.diff(result.history["best"]) <= 0)
+    assert result.nfev == 3000
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_what_a_callback_raises_in_the_first_stage_has_taps(named):
+    structure = "taps" if named else {"lateral": "speed", "parameters": "taps"}
+
+    def fail(_):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError) as caught:
+        tune(structure=structure, rng=1, callback=fail)
+    best = caught.value.best
+    assert len(best.x) == len(best.parameters) == 21
+    assert best.structure == structure
+    assert Objective(structure=structure)(best.x) == best.fun
+
+
+@pytest.mark.parametrize("structure", ["taps", {"lateral": "speed", "parameters": "taps"}])
+def test_more_time_goes_on_with_free_taps(structure, tmp_path):
+    arguments = {"structure": structure, "rng": 4, "checkpoint": tmp_path / "search"}
+    first = tune(**arguments, maxfev=60_000, maxtime=0.1)
+    assert first.status == list(MESSAGES).index("time")
+    then = tune(**arguments, maxfev=60_000, maxtime=first.elapsed + 0.5)
+    assert then.nfev > first.nfev
+    assert then.fun <= first.fun
+    assert_array_equal(then.history[: len(first.history) // 2]["l"], 0)
+
+
+def test_unlimited_is_no_number_of_evaluations():
+    with refused("maxfev is 4611686018427387904", "[1, 2**62)"):
+        tune(maxfev=2**62)
+
+
+def test_options_are_refused_before_any_stage(tmp_path):
+    for words in ({"options": {"foo": 1}}, {"method": "bfoa", "options": {"cells": 7}}):
+        with refused("options"):
+            tune(structure="taps", checkpoint=tmp_path / "search", rng=1, **words)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_an_objective_is_pickled(protocol):
+    objective = Objective(structure="decoupled", frozen={"kp_x": 1.0}, risk=0.5)
+    again = pickle.loads(pickle.dumps(objective, protocol))
+    assert again.parameters == objective.parameters
+    x = objective.bounds.mean(axis=1) / 10
+    assert again(x) == objective(x)
+    with pytest.raises(TypeError, match="cannot pickle"):
+        pickle.dumps(objective._function, protocol)
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [([np.full(11, np.nan)], "finite"), ("abc", "real numbers"), ([np.full(11, 1j)], "real")],
+)
+def test_an_objective_refuses_points_that_are_none(points, words):
+    with refused("points", words):
+        Objective().costs(points)
+
+
+@pytest.mark.parametrize(
+    ("structure", "words"),
+    [
+        ({"parameters": 5}, "parameters is 5"),
+        ({"law": None}, "law is None"),
+        ({1: 1}, "1 is no name"),
+        (np.array(["paper", "x"]), "must be a name"),
+    ],
+)
+def test_a_structure_of_other_types_is_refused(structure, words):
+    with refused("structure", words):
+        tune(structure=structure)
+
+
+def test_an_interruption_while_the_bar_is_drawn_keeps_the_best(monkeypatch):
+    @contextmanager
+    def bar(*_):
+        def report(done, note):
+            if done > 600:
+                raise KeyboardInterrupt
+
+        yield report
+
+    monkeypatch.setattr(_search, "progress", bar)
+    result = tune(rng=1, maxfev=5000, progress=True)
+    assert (result.success, result.message) == (False, MESSAGES["interrupted"])
+    assert 600 < result.nfev < 5000
+
+    @contextmanager
+    def late(*_):
+        yield lambda done, note: None
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_search, "progress", late)
+    result = tune(rng=1, maxfev=700, progress=True)
+    assert (result.nfev, result.message) == (700, MESSAGES["interrupted"])
+
+
+@pytest.mark.parametrize("field", ["structure", "options", "method", "elapsed", "nit", "status"])
+def test_a_result_without_a_field_is_refused(field, tmp_path):
+    short().to_json(tmp_path / "result.json")
+    document = json.loads((tmp_path / "result.json").read_text())
+    del document[field]
+    (tmp_path / "result.json").write_text(json.dumps(document))
+    with refused("result.json", field):
+        TuneResult.from_json(tmp_path / "result.json")
+
+
+def test_a_rivals_robot_comes_back(tmp_path):
+    result = short(structure={"law": "lqr", "robot": Robot(mass=12)})
+    result.to_json(tmp_path / "result.json")
+    again = TuneResult.from_json(tmp_path / "result.json")
+    assert again.structure["robot"] == Robot(mass=12)
+    assert short(structure=again.structure).fun == result.fun

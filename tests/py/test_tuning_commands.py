@@ -278,6 +278,21 @@ def test_a_refused_command_leaves_no_file(cli_tune, tmp_path):
     assert not os.listdir(tmp_path)
 
 
+def test_what_can_be_written_is_written(cli_tune, tmp_path):
+    code, out, err = cli_tune(*SHORT, "-o", "/dev/full", "--result", "r.json")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "No space left" in err
+    assert "kp_x" in out
+    assert TuneResult.from_json(tmp_path / "r.json").nfev == 300
+
+
+def test_a_stages_checkpoint_is_no_place_for_another_file(cli_tune, tmp_path):
+    words = ("--structure", "taps", "--checkpoint", "ck", "-o", "ck.gains")
+    code, _, err = cli_tune(*SHORT, *words)
+    assert code == 2
+    assert "--checkpoint.gains ck.gains: is the file of --output" in err
+
+
 def test_a_reader_that_has_gone_is_no_fault(command, tmp_path):
     reading, writing = os.pipe()
     os.close(reading)

@@ -240,8 +240,7 @@ inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback
   const auto goes_on = [&] {
     return best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
   };
-  if (task.structure.parameters == ParameterSet::taps && task.start.empty() &&
-      task.evaluations > 1) {
+  if (task.structure.parameters == ParameterSet::taps && task.start.empty()) {
     keep(detail::find_start(task, callback), task.structure);
     task.start.assign(best.x.begin(), best.x.end());
   }

@@ -205,20 +205,25 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
   }
   const bool resumes = search.is_replaying();
   bool interrupted = false;
-  py::object signalled = py::none();  // what a signal's handler raised
+  py::object raised = py::none();  // by the callback, or by a signal's handler
   search.set_callback([&](const SearchResult& so_far) {
     if (!checkpoint.fault) return false;
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) {
       interrupted = true;
       const py::error_already_set error;
-      if (!error.matches(PyExc_KeyboardInterrupt)) signalled = error.value();
+      if (!error.matches(PyExc_KeyboardInterrupt)) raised = error.value();
       return false;
     }
     if (request.callback.is_none() || search.is_replaying()) return true;
     const HistoryRow& row = so_far.history.back();
-    return request.callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step)
-        .cast<bool>();
+    try {
+      return request.callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step)
+          .cast<bool>();
+    } catch (const py::error_already_set& error) {
+      raised = error.value();
+      return false;
+    }
   });
   if (request.method == "bfoa") {
     const BfoaOptions options = read_bfoa_options(request.options);
@@ -234,7 +239,7 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
   py::dict result = to_dict(
       search, interrupted ? "interrupted" : reasons[static_cast<int>(search.result.reason)]);
   result["checkpoint_fault"] = checkpoint.fault.message;
-  result["raised"] = signalled;
+  result["raised"] = raised;
   return result;
 }
 
@@ -370,6 +375,15 @@ py::dict defaults_of(const std::string& method) {
   return from_json(options).cast<py::dict>();
 }
 
+// Refuses options that a search would refuse.
+void check_options_of(const std::string& method, const py::dict& options) {
+  if (method == "bfoa") {
+    read_bfoa_options(options);
+  } else {
+    read_options<BfoaPlusOptions>(options);
+  }
+}
+
 }  // namespace
 
 void bind_tuning(py::module_& module) {
@@ -404,6 +418,7 @@ void bind_tuning(py::module_& module) {
   module.def("parameters", &parameters, py::arg("controller"), py::arg("parameters"),
              py::arg("design"));
   module.def("default_options", &defaults_of, py::arg("method"));
+  module.def("check_options", &check_options_of, py::arg("method"), py::arg("options"));
 }
 
 }  // namespace nfopidn::python

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._checks import controller_or_published, is_number, scenario_or_published
+from nfopidn._checks import controller_or_published, real_number, scenario_or_published
 from nfopidn._core import Controller, Scenario
 from nfopidn.stability._z_plane import short_memory
 
@@ -336,10 +336,11 @@ def margins(
     scenario = scenario_or_published(scenario)
     controller = controller_or_published(controller)
     short_memory(controller)
-    speed = scenario.trajectory.peak_speed if speed is None else speed
-    if not is_number(speed) or not abs(float(speed)) <= 1e3 or speed == 0:
-        raise ValueError(f"speed is {speed!r}; must be in [-1000, 1000] m/s and not 0")
-    speed = float(speed)
+    speed = real_number(
+        "speed", scenario.trajectory.peak_speed if speed is None else speed, -1e3, 1e3, " m/s"
+    )
+    if speed == 0:
+        raise ValueError("speed is 0.0; must be in [-1000, 1000] m/s and not 0")
     linear = _Linear(scenario, controller, speed)
     poles = linear.poles()
     if not abs(poles[0]) < 1:
