@@ -325,7 +325,7 @@ class StopRequests {
   StopRequests() {
     struct sigaction action = {};
     action.sa_handler = [](int) { asked_ = 1; };
-    action.sa_flags = SA_RESETHAND;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
     for (std::size_t i = 0; i < 2; ++i) ::sigaction(signals[i], &action, &before_[i]);
   }
   ~StopRequests() {
