@@ -105,9 +105,10 @@ class TuneResult(OptimizeResult):
             structure = fields["structure"]
             if isinstance(structure, dict) and isinstance(structure.get("robot"), dict):
                 structure["robot"] = Robot(**structure["robot"])
-        except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
-            raise ValueError(f"{path}: not a tuning result: {error}") from None
-        except RecursionError as error:
+        except (
+            *(ValueError, TypeError, LookupError, AttributeError, ArithmeticError),
+            RecursionError,
+        ) as error:
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
