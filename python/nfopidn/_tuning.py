@@ -303,7 +303,8 @@ def tune(
     tied
         Parameters that equal another one: {"kp_y": "kp_x"}.
     start
-        A controller to start from, within the bounds. Without one, a search for free taps spends
+        A controller to start from, within the bounds: its gains and orders, or its taps; other
+        settings are the structure's. Without one, a search for free taps spends
         three tenths of the evaluations and of the time on gains and orders first. Stages before the
         last have checkpoints of their own, with the suffixes .gains and .speed; a callback is told
         the evaluations of all, the point and the cost of the present one.
@@ -329,7 +330,7 @@ def tune(
     _check_share(risk, workers)
     first = None if start is None else search.start(start)
     if first is not None:
-        _check_start(search, first)
+        _check_start(search, start, first)
     if structure == "taps" and isinstance(search, ControllerSearch):
         shared = {
             **{"bounds": bounds, "frozen": frozen, "tied": tied, "method": method},
@@ -384,7 +385,11 @@ def tune(
     return result
 
 
-def _check_start(search: Search, first: Array) -> None:
+def _check_start(search: Search, start: Any, first: Array) -> None:
+    if isinstance(search, ControllerSearch) and search.parameters == "shared-orders":
+        for name in ("alpha", "sigma"):
+            if np.ptp(getattr(start, name)) > 0:
+                raise ValueError(f"start has a {name} for each channel; the structure has one")
     for name, value, low, high in zip(search.names, first, search.low, search.high, strict=True):
         slack = 1e-9 * (high - low)
         if not low - slack <= value <= high + slack:

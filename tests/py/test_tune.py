@@ -946,3 +946,10 @@ def test_a_rivals_robot_comes_back(tmp_path):
     again = TuneResult.from_json(tmp_path / "result.json")
     assert again.structure["robot"] == Robot(mass=12)
     assert short(structure=again.structure).fun == result.fun
+
+
+def test_a_start_of_more_orders_than_the_structure_is_refused():
+    for words in ({"alpha": (0.1, 0.9, 0.3)}, {"sigma": (0.8, 0.8, 0.9)}):
+        with refused(f"start has a {next(iter(words))} for each channel"):
+            short(start=Controller.published(**words))
+        short(structure="extended", start=Controller.published(**words), maxfev=20)
