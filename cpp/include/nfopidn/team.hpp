@@ -40,11 +40,12 @@ class Crew {
   int hire(int count) {
     while (size() < count && !none_left_) {
       try {
-        helpers_.push_back(std::make_unique<Helper>());
-        Helper& helper = *helpers_.back();
-        helper.thread = std::thread([this, &helper, part = size()] { help(helper, part); });
+        helpers_.reserve(helpers_.size() + 1);  // nothing fails once a thread runs
+        auto helper = std::make_unique<Helper>();
+        helper->thread =
+            std::thread([this, own = helper.get(), part = size() + 1] { help(*own, part); });
+        helpers_.push_back(std::move(helper));
       } catch (const std::system_error&) {
-        helpers_.pop_back();
         none_left_ = true;
       }
     }
