@@ -6,12 +6,15 @@ import errno
 import json
 import os
 import shutil
+import sys
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nfopidn import _core
 from nfopidn._core import Controller, Rival
 
 if TYPE_CHECKING:
@@ -69,7 +72,12 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ())
 def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
     """Give a draft to write, which takes the file's place at the end: whole or not at all."""
     target = Path(path)
-    if target.exists() and not target.is_file():  # /dev/stdout, a pipe: written directly
+    descriptor = _core.descriptor_of(os.fsencode(path))
+    if descriptor >= 0:
+        with _draft_for(descriptor) as draft:
+            yield draft
+        return
+    if target.exists() and not target.is_file():  # a pipe: written directly
         yield target
         return
     target = target.resolve()  # the file a link points to is replaced, and not the link
@@ -83,6 +91,18 @@ def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
         draft.replace(target)
     finally:
         draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def _draft_for(descriptor: int) -> Iterator[Path]:
+    """Give a draft that ends up in an open file, a log perhaps, after what is there."""
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "draft"
+        yield draft
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        with os.fdopen(os.dup(descriptor), "wb") as stream:
+            stream.write(draft.read_bytes())
 
 
 def replace_file(path: str | PathLike[str], text: str) -> None:

@@ -1,5 +1,6 @@
 // Reading and writing: what the executable's and Python's tests of files do not come by.
 #include "nfopidn/io/csv.hpp"
+#include "nfopidn/io/json_rival.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {
@@ -44,6 +45,41 @@ TEST_F(Files, AreReplacedWhole) {
   }
   EXPECT_EQ(content(path), "new");
   EXPECT_EQ(count(), 1);
+}
+
+// Nothing lies about while a long run goes on, which may be killed.
+TEST_F(Files, AppearWhenTheyAreWritten) {
+  const fs::path path = folder / "a.txt";
+  OutputFile file;
+  ASSERT_TRUE(file.open(path.string()));
+  EXPECT_EQ(count(), 0);
+  ASSERT_TRUE(file.commit("text"));
+  EXPECT_EQ(content(path), "text");
+  EXPECT_EQ(count(), 1);
+}
+
+TEST_F(Files, AnOpenOneIsWrittenOn) {
+  const fs::path path = folder / "log", link = folder / "link";
+  ASSERT_TRUE(write_file(path.string(), "before "));
+  std::FILE* const log = std::fopen(path.c_str(), "ab");
+  ASSERT_NE(log, nullptr);
+  const std::string number = std::to_string(::fileno(log));
+  fs::create_symlink("/dev/fd/" + number, link);
+  const std::string names[] = {"/dev/fd/" + number, "/proc/self/fd/" + number, link.string()};
+  for (const std::string& name : names) {
+    EXPECT_EQ(descriptor_of(name), ::fileno(log)) << name;
+    ASSERT_TRUE(write_file(name, "more ")) << name;
+  }
+  std::fputs("after", log);
+  std::fclose(log);
+  EXPECT_EQ(content(path), "before more more more after");
+  EXPECT_EQ(count(), 2);
+  // Closed, it cannot be.
+  EXPECT_NE(write_file("/dev/fd/" + number, "more").message.find("cannot be written"),
+            std::string::npos);
+  EXPECT_EQ(descriptor_of(path.string()), -1);
+  EXPECT_EQ(descriptor_of((folder / "none" / "file").string()), -1);
+  EXPECT_EQ(descriptor_of(""), -1);
 }
 
 TEST_F(Files, ALinkStaysALink) {
@@ -109,6 +145,28 @@ TEST(TapsDocument, IsRefusedWithItsReason) {
             "alpha stands beside taps; leave out one");
   EXPECT_EQ(read_taps_document({{"taps", {{1, 2}, {3, 1e7}, {5, 6}}}}).status,
             Status::out_of_range);
+}
+
+TEST(Documents, OrdersThatHaveNoModesAreRefusedWithALongMemory) {
+  const auto refusal = [](const Json& extra) {
+    Json document = {{"format", controller_format}, {"version", 1}, {"memory", 2000}};
+    document.update(extra);
+    ControllerDesign design;
+    return read_controller(document, design).message;
+  };
+  EXPECT_EQ(refusal({{"alpha", 0.5}, {"sigma", 0.5}}), "");
+  EXPECT_EQ(refusal({{"alpha", 1}, {"sigma", 0.5}}),
+            "alpha is 1; must be in (-1, 1) with a memory beyond 1024");
+  EXPECT_EQ(refusal({{"alpha", 0.5}, {"sigma", 2}}),
+            "sigma is 2; must be in (0, 2) with a memory beyond 1024");
+}
+
+TEST(Documents, ALawThatIsNoneIsRefused) {
+  rivals::RivalDesign design;
+  const Json document = {{"format", rival_format}, {"version", 1}, {"law", "magic"}};
+  const std::string message = read_rival(document, design).message;
+  EXPECT_EQ(message.find("law is \"magic\"; must be one of "), 0U) << message;
+  EXPECT_NE(message.find("samson"), std::string::npos) << message;
 }
 
 TEST(Tables, KeepTheirResultWhenRefused) {

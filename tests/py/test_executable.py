@@ -147,6 +147,22 @@ def test_devices_can_be_written(option, sim, tmp_path):
     assert both.stdout == plain.read_text() + sim("--json").stdout
 
 
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "link"])
+@pytest.mark.parametrize("mode", ["a", "w"])
+def test_an_open_file_is_written_on(name, mode, sim, tmp_path):
+    """As by a shell's >> and >."""
+    log = tmp_path / "log"
+    log.write_text("before\n")
+    (tmp_path / "link").symlink_to("/dev/stdout")
+    with log.open(mode) as stream:
+        run = sim("--out", name, "--json", capture_output=False, stdout=stream, cwd=tmp_path)
+    assert run.returncode == 0
+    assert sim("--out", tmp_path / "plain", "--quiet").returncode == 0
+    kept = "before\n" if mode == "a" else ""
+    assert log.read_text() == kept + (tmp_path / "plain").read_text() + sim("--json").stdout
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "log", "plain"]
+
+
 def test_scenarios_and_tables_can_be_read_from_a_pipe(sim, tmp_path):
     Controller.published(3).save(tmp_path / "controller.json")
     document = (tmp_path / "controller.json").read_text()

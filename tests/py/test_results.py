@@ -2,6 +2,8 @@
 
 import gc
 import operator
+import subprocess
+import sys
 
 import nfopidn
 import numpy as np
@@ -115,6 +117,26 @@ def test_csv_reads_back_to_the_last_bit(controller, tmp_path):
     assert lines[0].split(",") == COLUMNS
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
     assert np.array_equal(rows, np.column_stack(list(result.columns.values())))
+
+
+def test_an_open_log_is_written_on(tmp_path):
+    """As by a shell's >>: what the C++ and what the Python side of the package writes."""
+    program = """
+import nfopidn
+from nfopidn._files import replace_file
+print("first")
+replace_file("/dev/stdout", "second\\n")
+nfopidn.simulate().to_csv("/dev/stdout")
+print("last")
+"""
+    log = tmp_path / "log"
+    log.write_text("before\n")
+    with log.open("a") as stream:
+        subprocess.run([sys.executable, "-c", program], stdout=stream, check=True)
+    lines = log.read_text().splitlines()
+    assert lines[:3] == ["before", "first", "second"]
+    assert lines[3].split(",") == COLUMNS
+    assert (len(lines), lines[-1]) == (4 + 751 + 1, "last")
 
 
 def test_a_diverging_run_keeps_its_rows_and_says_when(published):

@@ -23,10 +23,11 @@ def public(body):
 
 
 MODULE = public(STUB.body)
-# What tune(), bfoa(), nfopidn.stability and nfopidn.fractional are made of: they are documented,
-# these are not.
+# What tune(), bfoa(), nfopidn.stability, nfopidn.fractional and the commands' files are made of:
+# they are documented, these are not.
 INNER = {
     "check_options",
+    "descriptor_of",
     "analyse_loop",
     "loop_jacobians",
     "series_weights",

@@ -5,11 +5,13 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "nfopidn/io/json_controller.hpp"
 
@@ -37,9 +39,27 @@ inline Outcome read_file(const std::string& path, std::string& text) {
   return {};
 }
 
+// Which of this process's descriptors a name such as /dev/stdout or /dev/fd/3 stands for, -1 if it
+// is another file's. What it leads to, a log perhaps, must be written on and not anew.
+inline int descriptor_of(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  const fs::path own = "/proc/" + std::to_string(::getpid()) + "/fd";
+  fs::path name = fs::absolute(path, failed);
+  for (int links = 0; links < 40 && !failed; ++links) {
+    const fs::path folder = fs::canonical(name.parent_path(), failed);
+    if (!failed && folder == own) return std::atoi(name.filename().c_str());
+    if (failed || !fs::is_symlink(folder / name.filename(), failed)) return -1;
+    const fs::path target = fs::read_symlink(folder / name.filename(), failed);
+    name = target.is_absolute() ? target : folder / target;
+  }
+  return -1;
+}
+
 // A file that appears under its name only when commit() has written all of it: a run that is
 // interrupted leaves the old file. open() finds out before the work whether it can be written.
-// A name that stands for no regular file (/dev/stdout, a pipe) is written directly.
+// A name that stands for no regular file, or for an open one (a pipe, /dev/stdout), is written
+// directly.
 class OutputFile {
  public:
   OutputFile() = default;
@@ -47,58 +67,71 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile() {
     if (file_ != nullptr) std::fclose(file_);
-    if (!temporary_.empty()) std::remove(temporary_.c_str());
+    if (!draft_.empty()) std::remove(draft_.c_str());
   }
 
   Outcome open(const std::string& path) {
+    namespace fs = std::filesystem;
     path_ = path;
     std::error_code ignored;
-    const auto status = std::filesystem::status(path, ignored);
-    const bool special =
-        std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
-    std::string target = path;
-    if (!special) {
-      // A link is followed, so that the file it points to is replaced, and not the link.
-      if (std::filesystem::is_symlink(std::filesystem::symlink_status(path, ignored))) {
-        path_ = std::filesystem::weakly_canonical(path, ignored).string();
-        if (path_.empty()) path_ = path;
-      }
-      target = path_ + ".part" + std::to_string(::getpid());
-    }
     errno = 0;
-    if (std::filesystem::exists(status) && ::access(path.c_str(), W_OK) != 0) {
-      return file_fault(path, "cannot be written");
+    if (const int descriptor = descriptor_of(path); descriptor >= 0) {
+      const int own = ::dup(descriptor);
+      file_ = own < 0 ? nullptr : ::fdopen(own, "wb");
+      if (file_ == nullptr && own >= 0) ::close(own);
+      return file_ == nullptr ? fault() : Outcome{};
     }
-    file_ = std::fopen(target.c_str(), "wb");
-    if (file_ == nullptr) return file_fault(path, "cannot be written");
-    if (!special) {
-      temporary_ = target;
-      if (std::filesystem::exists(status)) {
-        std::filesystem::permissions(target, status.permissions(), ignored);
-      }
+    const fs::file_status status = fs::status(path, ignored);
+    if (fs::exists(status) && ::access(path.c_str(), W_OK) != 0) return fault();
+    if (fs::exists(status) && !fs::is_regular_file(status)) {
+      file_ = std::fopen(path.c_str(), "wb");
+      return file_ == nullptr ? fault() : Outcome{};
     }
-    return {};
+    // A link is followed, so that the file it points to is replaced, and not the link.
+    if (fs::is_symlink(fs::symlink_status(path, ignored))) {
+      const std::string target = fs::weakly_canonical(path, ignored).string();
+      if (!target.empty()) path_ = target;
+    }
+    // Only tried here: a process that is killed during its work leaves nothing behind.
+    return begin_draft() ? end_draft() : fault();
   }
 
   Outcome commit(const std::string& content) {
     errno = 0;
+    const bool direct = file_ != nullptr;
+    if (!direct && !begin_draft()) return fault();
     const bool written = std::fwrite(content.data(), 1, content.size(), file_) == content.size() &&
-                         std::fflush(file_) == 0 &&
-                         (temporary_.empty() || ::fsync(::fileno(file_)) == 0);
-    const bool closed = std::fclose(file_) == 0;
-    file_ = nullptr;
-    if (!written || !closed) return file_fault(path_, "cannot be written");
-    if (temporary_.empty()) return {};
-    if (std::rename(temporary_.c_str(), path_.c_str()) != 0) {
-      return file_fault(path_, "cannot be written");
+                         std::fflush(file_) == 0 && (direct || ::fsync(::fileno(file_)) == 0);
+    const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
+    if (!written || !closed) return fault();
+    if (direct) return {};
+    std::error_code ignored;
+    const auto status = std::filesystem::status(path_, ignored);
+    if (std::filesystem::exists(status)) {
+      std::filesystem::permissions(draft_, status.permissions(), ignored);
     }
-    temporary_.clear();
+    if (std::rename(draft_.c_str(), path_.c_str()) != 0) return fault();
+    draft_.clear();
     return {};
   }
 
  private:
+  Outcome fault() const { return file_fault(path_, "cannot be written"); }
+
+  bool begin_draft() {
+    const std::string name = path_ + ".part" + std::to_string(::getpid());
+    file_ = std::fopen(name.c_str(), "wb");
+    if (file_ != nullptr) draft_ = name;
+    return file_ != nullptr;
+  }
+  Outcome end_draft() {
+    std::fclose(std::exchange(file_, nullptr));
+    std::remove(std::exchange(draft_, {}).c_str());
+    return {};
+  }
+
   std::string path_;
-  std::string temporary_;
+  std::string draft_;
   std::FILE* file_ = nullptr;
 };
 
