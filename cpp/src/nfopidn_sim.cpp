@@ -226,23 +226,28 @@ Outcome build_scenario(const Arguments& arguments, Scenario& scenario) {
   return explain_consistency(scenario);
 }
 
-// A search in a structure may start from a file's controller, which must then be of it.
-Outcome check_structure(const Arguments& arguments, const ControllerDesign& structure,
+// What --structure names must be what is searched: neither a file's controller, from which the
+// search then starts, nor an option may make it another.
+Outcome check_structure(const Arguments& arguments, const Structure& structure,
                         const ControllerDesign& start) {
   if (arguments.structure.empty()) return {};
   const std::string about = "--structure " + arguments.structure + ": ";
-  if (!start.taps.empty() && arguments.structure != "taps") {
+  const bool taps_wanted = structure.parameters == ParameterSet::taps;
+  if (!start.taps.empty() && !taps_wanted) {
     return {Status::inconsistent,
             about + arguments.controller_file + " has free taps; gains and orders are needed"};
   }
-  const Json wanted = write_settings<ControllerSettings<double>>(structure);
+  const Json wanted = write_settings<ControllerSettings<double>>(structure.settings);
   const Json given = write_settings<ControllerSettings<double>>(start);
-  for (const char* key : {"form", "allocation", "lateral"}) {
-    if (given[key] == wanted[key] ||
-        (key == std::string("lateral") && arguments.structure == "taps"))
-      continue;
-    return {Status::inconsistent, about + key + " of " + arguments.controller_file + " is " +
-                                      given[key].dump() + "; must be " + wanted[key].dump()};
+  for (const std::string key : {"form", "allocation", "lateral"}) {
+    if (given[key] == wanted[key] || (key == "lateral" && taps_wanted)) continue;
+    const bool by_option = arguments.controller.count(key) != 0;
+    const std::string whose = by_option ? "" : " of " + arguments.controller_file;
+    return {Status::inconsistent,
+            about + key + whose + " is " + given[key].dump() + "; must be " + wanted[key].dump()};
+  }
+  if (structure.parameters == ParameterSet::shared_orders && !shares_orders(start)) {
+    return {Status::inconsistent, about + "alpha and sigma must be one for all channels"};
   }
   return {};
 }
@@ -267,23 +272,24 @@ Outcome refuse_ignored(const Arguments& arguments, const ControllerDesign& desig
 }
 
 Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
+  Structure structure;
   if (!arguments.structure.empty()) {
     StructureName name{};
     Outcome outcome;
     json::read(arguments.structure, json::Context{"structure", {}, "", &outcome}, name);
     if (!outcome) return outcome;
-    design = ControllerDesign(named_structure(name).settings);
+    structure = named_structure(name);
+    design = ControllerDesign(structure.settings);
   }
   if (!arguments.controller_file.empty()) {
-    const ControllerDesign structure = design;
     Outcome outcome = load_controller(arguments.controller_file, design);
-    if (outcome) outcome = check_structure(arguments, structure, design);
     if (!outcome) return outcome;
   }
   if (Outcome outcome = refuse_ignored(arguments, design); !outcome) return outcome;
   ControllerSettings<double>& settings = design;
   const Json given = words_to_json<ControllerSettings<double>>(arguments.controller);
   if (Outcome outcome = read_settings(given, "", settings); !outcome) return outcome;
+  if (Outcome outcome = check_structure(arguments, structure, design); !outcome) return outcome;
   if (arguments.tune) {
     if (Outcome outcome = explain_memory_to_tune(design.memory); !outcome) return outcome;
   }
@@ -319,14 +325,25 @@ Outcome check_start(const Arguments& arguments, const ControllerDesign& design) 
   return {};
 }
 
-// While this is there, Ctrl-C and SIGTERM ask a search to stop; a second one ends the program.
+// While this is there, Ctrl-C and SIGTERM ask a search to stop; a second of either ends the
+// program. One that is ignored, as a shell's background jobs ignore Ctrl-C, stays so.
 class StopRequests {
  public:
   StopRequests() {
     struct sigaction action = {};
-    action.sa_handler = [](int) { asked_ = 1; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    for (std::size_t i = 0; i < 2; ++i) ::sigaction(signals[i], &action, &before_[i]);
+    action.sa_handler = [](int) {
+      asked_ = 1;
+      for (std::size_t i = 0; i < 2; ++i) {
+        if (heeded_[i] != 0) ::signal(signals[i], SIG_DFL);
+      }
+    };
+    for (std::size_t i = 0; i < 2; ++i) {
+      ::sigaction(signals[i], nullptr, &before_[i]);
+      heeded_[i] = before_[i].sa_handler == SIG_IGN ? 0 : 1;
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (heeded_[i] != 0) ::sigaction(signals[i], &action, nullptr);
+    }
   }
   ~StopRequests() {
     for (std::size_t i = 0; i < 2; ++i) ::sigaction(signals[i], &before_[i], nullptr);
@@ -339,6 +356,7 @@ class StopRequests {
  private:
   static constexpr int signals[] = {SIGINT, SIGTERM};
   static inline volatile std::sig_atomic_t asked_ = 0;
+  static inline volatile std::sig_atomic_t heeded_[2] = {};
   struct sigaction before_[2];
 };
 
@@ -352,12 +370,13 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
   task.seed = arguments.tune_seed;
   if (!arguments.controller_file.empty()) task.start = parameters_of(structure.parameters, design);
   const bool shown = !arguments.quiet && ::isatty(STDERR_FILENO) != 0;
-  const TuningResult found = run_tuning(task, [&](const SearchResult& so_far) {
+  task.interrupted = StopRequests::asked;
+  const TuningResult found = run_tuning(task, [&](std::int64_t evaluations, double cost) {
     if (shown) {
       std::fprintf(stderr, "\rtuning: %lld evaluations, cost %.6g ",
-                   static_cast<long long>(so_far.evaluations), so_far.cost);
+                   static_cast<long long>(evaluations), cost);
     }
-    return !StopRequests::asked();
+    return true;
   });
   if (shown) std::fputc('\n', stderr);
   if (found.reason == StopReason::callback) {

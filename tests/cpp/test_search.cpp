@@ -21,8 +21,9 @@ class Bowl : public Objective {
   }
   bool has_gradient() const override { return gradient_; }
   bool is_cheap() const override { return cheap_; }
-  double gradient(const Point& point, double* slopes) override {
-    for (Eigen::Index i = 0; i < point.size(); ++i) slopes[i] = 2 * (point(i) - 0.3);
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
+    for (Eigen::Index i = 0; i < count; ++i) slopes[i] = 2 * (point(first + i) - 0.3);
     return value(point);
   }
   Eigen::Index asked = 0;
@@ -40,9 +41,10 @@ class Waves : public Objective {
     for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = value(points.col(j));
   }
   bool has_gradient() const override { return gradient_; }
-  double gradient(const Point& point, double* slopes) override {
-    for (Eigen::Index i = 0; i < point.size(); ++i) {
-      const double z = point(i) - 0.3;
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const double z = point(first + i) - 0.3;
       slopes[i] = 2 * z + 9 * std::sin(9 * z);
     }
     return value(point);
@@ -264,6 +266,89 @@ TEST(Search, AsksInPieces) {
   EXPECT_EQ(seen, whole.record().size());
 }
 
+// A bowl whose slopes are asked for few at a time.
+class SlowBowl : public Bowl {
+ public:
+  explicit SlowBowl(Eigen::Index most) : Bowl(true, true), most_(most) {}
+  Eigen::Index partials_at_once() const override { return most_; }
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
+    ++askings;
+    EXPECT_LE(count, most_);
+    return Bowl::partials(point, first, count, slopes);
+  }
+  int askings = 0;
+
+ private:
+  Eigen::Index most_;
+};
+
+TEST(Search, AsksForSlopesInPieces) {
+  SlowBowl whole(1000), pieces(2);
+  expect_same(minimise<BfoaPlus>(whole, evaluations(2000), BfoaPlusOptions{}, 2000),
+              minimise<BfoaPlus>(pieces, evaluations(2000), BfoaPlusOptions{}, 2000));
+  EXPECT_GT(whole.askings, 0);
+  EXPECT_EQ(pieces.askings, 3 * whole.askings);  // of five slopes
+}
+
+// Between any two questions; what was asked for in part is neither counted nor recorded.
+TEST(Search, IsInterruptedWithinAGradient) {
+  for (const int last : {1, 2, 3, 4, 14}) {
+    SlowBowl bowl(2);
+    Search search(bowl, unit_box(5), evaluations(2000), 11);
+    search.set_interruption([&] { return bowl.askings >= last; });
+    BfoaPlus(search, {}, 2000).run();
+    EXPECT_EQ(bowl.askings, last);
+    EXPECT_EQ(search.result.reason, StopReason::callback);
+    EXPECT_EQ(search.result.evaluations, static_cast<std::int64_t>(search.record().size()));
+  }
+  Bowl bowl(true, true);
+  Search search(bowl, unit_box(5), evaluations(2000), 11);
+  search.set_interruption([] { return true; });
+  BfoaPlus(search, {}, 2000).run();
+  EXPECT_GT(search.result.evaluations, 0);  // there is something to show
+  EXPECT_EQ(search.result.x.size(), 5);
+}
+
+TEST(Search, NeedsNoRecord) {
+  Waves first(true), second(true);
+  Search kept(first, unit_box(5), evaluations(3000), 11);
+  Search bare(second, unit_box(5), evaluations(3000), 11);
+  bare.keeps_record = false;
+  BfoaPlus(kept, {}, 3000).run();
+  BfoaPlus(bare, {}, 3000).run();
+  expect_same(kept.result, bare.result);
+  EXPECT_FALSE(kept.record().empty());
+  EXPECT_TRUE(bare.record().empty());
+}
+
+// Of every dimension, whose remainders by two and by four are paths of their own.
+TEST(SquaredDistances, AreSumsOfSquares) {
+  Random random(3);
+  for (Eigen::Index dimension = 1; dimension <= 17; ++dimension) {
+    for (const Eigen::Index count : {1, 2, 5}) {
+      Eigen::MatrixXd places(dimension, count);
+      Point point(dimension);
+      for (double& u : places.reshaped()) u = random.uniform();
+      for (double& u : point) u = random.uniform();
+      SquaredDistances distances;
+      distances.set_places(places);
+      std::vector<double> squares(static_cast<std::size_t>(count) + 1, -1);
+      distances.of(point.data(), squares.data());
+      for (Eigen::Index n = 0; n < count; ++n) {
+        long double expected = 0;
+        for (Eigen::Index i = 0; i < dimension; ++i) {
+          const long double away = static_cast<long double>(point(i)) - places(i, n);
+          expected += away * away;
+        }
+        EXPECT_NEAR(squares[static_cast<std::size_t>(n)], static_cast<double>(expected),
+                    2e-15 * static_cast<double>(expected));
+      }
+      EXPECT_EQ(squares.back(), -1);
+    }
+  }
+}
+
 TEST(Search, StopsAtNaN) {
   class Broken : public Objective {
    public:
@@ -321,7 +406,10 @@ TEST(BfoaPlus, GivesUpSlowDescents) {
     void costs(const Points& points, double* costs) override {
       for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = at(points.col(j), nullptr);
     }
-    double gradient(const Point& point, double* slopes) override { return at(point, slopes); }
+    double partials(const Point& point, Eigen::Index /*first*/, Eigen::Index /*count*/,
+                    double* slopes) override {
+      return at(point, slopes);
+    }
 
    private:
     static double at(const Point& x, double* slopes) {
@@ -392,7 +480,8 @@ class Trough : public Bowl {
   void costs(const Points& points, double* costs) override {
     for (Eigen::Index j = 0; j < points.cols(); ++j) costs[j] = at(points.col(j), nullptr);
   }
-  double gradient(const Point& point, double* slopes) override {
+  double partials(const Point& point, Eigen::Index /*first*/, Eigen::Index /*count*/,
+                  double* slopes) override {
     ++asked;
     return at(point, slopes);
   }

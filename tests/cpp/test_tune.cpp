@@ -38,8 +38,9 @@ class Unbounded : public Objective {
   bool has_gradient() const override { return objective_.has_gradient(); }
   bool is_cheap() const override { return objective_.is_cheap(); }
   void costs(const Points& points, double* costs) override { objective_.costs(points, costs); }
-  double gradient(const Point& point, double* slopes) override {
-    return objective_.gradient(point, slopes);
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
+    return objective_.partials(point, first, count, slopes);
   }
 
  private:
@@ -106,6 +107,34 @@ TEST(RunTuning, ChoosesWhatTheLateralChannelIsFed) {
   EXPECT_GT(by_speed.cost, found.cost);
 }
 
+// Of a long memory each direction is a run of its own: as many at once as there are threads.
+TEST(TuneObjective, GivesALongMemorysGradientInPieces) {
+  TrajectorySettings path;
+  path.period = 10;
+  Scenario scenario = Scenario::published();
+  scenario.trajectory = make(path);
+  Structure structure = named_structure(StructureName::extended);
+  structure.settings.memory = batch_capacity - 1;
+  const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
+  const auto size = static_cast<Eigen::Index>(x.size());
+  const Point point = Eigen::Map<const Point>(x.data(), size);
+  TuneObjective objective({&scenario}, structure, FreeParameters::all(x.size()),
+                          static_cast<int>(size), 1, 2);
+  EXPECT_EQ(objective.partials_at_once(), 2);
+  Point whole(size), pieces(size);
+  const double cost = objective.gradient(point, whole.data());
+  for (Eigen::Index first = 0; first < size; first += 2) {
+    const Eigen::Index count = std::min<Eigen::Index>(2, size - first);
+    EXPECT_EQ(objective.partials(point, first, count, pieces.data() + first), cost);
+  }
+  EXPECT_EQ(pieces, whole);
+  structure.settings.memory = batch_capacity - 2;  // still one of lanes
+  EXPECT_EQ(TuneObjective({&scenario}, structure, FreeParameters::all(x.size()),
+                          static_cast<int>(size), 1, 2)
+                .partials_at_once(),
+            size);
+}
+
 // Asked to stop in one of its stages, it does not go on to the next.
 TEST(RunTuning, StopsWhenAsked) {
   const Scenario scenario = Scenario::published();
@@ -114,11 +143,19 @@ TEST(RunTuning, StopsWhenAsked) {
   task.structure = named_structure(StructureName::taps);
   task.evaluations = 4000;
   int whole = 0;
-  run_tuning(task, [&](const SearchResult&) { return ++whole > 0; });
+  std::int64_t before = 0;
+  double least = std::numeric_limits<double>::infinity();
+  run_tuning(task, [&](std::int64_t evaluations, double cost) {
+    EXPECT_GE(evaluations, before);  // of all stages
+    EXPECT_LE(cost, least);
+    before = evaluations;
+    least = cost;
+    return ++whole > 0;
+  });
+  EXPECT_GT(before, 3900);
   for (const int last : {2, whole / 2, whole - 2}) {
     int calls = 0;
-    const TuningResult found =
-        run_tuning(task, [&](const SearchResult&) { return ++calls < last; });
+    const TuningResult found = run_tuning(task, [&](auto...) { return ++calls < last; });
     EXPECT_EQ(calls, last);
     EXPECT_EQ(found.reason, StopReason::callback);
   }

@@ -3,6 +3,7 @@
 import json
 import signal
 import subprocess
+from contextlib import contextmanager
 from pathlib import Path
 
 import nfopidn
@@ -38,6 +39,14 @@ FAULTS = {
     "choice": (["--form", "Positional"], ['form is "Positional"', '"positional"', '"incremental"']),
     "path": (["--traj", "square"], ['"square"', "ranunculoid", "rounded_square"]),
     "path of samples": (["--traj", "samples"], ["traj", ".csv"]),
+    "another form than the structure's": (
+        ["--tune", "--structure", "incremental", "--form", "positional"],
+        ['form is "positional"; must be "incremental"'],
+    ),
+    "orders of each channel in a structure with one pair": (
+        ["--tune", "--structure", "decoupled", "--controller", "by_channel.json"],
+        ["alpha and sigma must be one for all channels"],
+    ),
     "few samples": (["--period", "0.3"], ["samples is 2", "in [3, 1e+07]"]),
     "many samples": (["--period", "1e9"], ["samples is 5000000001", "in [3, 1e+07]"]),
     "missing table": (["--traj", "none.csv"], ["none.csv", "No such file"]),
@@ -88,6 +97,8 @@ def folder(tmp_path):
     (tmp_path / "timed.csv").write_text("t,x,y\n0,0,0\n0.2,1,1\n0.4,2,1\n")
     (tmp_path / "wind.csv").write_text("force,moment\n0,0\n1,1\n2,1\n")
     Scenario.published().save(tmp_path / "scenario.json")
+    by_channel = Controller.published(allocation="decoupled", alpha=[0.1, 0.2, 0.3])
+    by_channel.save(tmp_path / "by_channel.json")
     (tmp_path / "run.csv").write_text("precious")
     (tmp_path / "hard.json").hardlink_to(tmp_path / "scenario.json")
     return tmp_path
@@ -112,15 +123,32 @@ def test_faults(arguments, parts, sim, folder):
             assert contents(folder) == before
 
 
+ENDLESS_SEARCH = ["--tune", "--maxfev", "1000000000000", "--json"]
+
+
+@contextmanager
+def endless_search(*words):
+    """An endless search, once it looks after signals."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([*words, *ENDLESS_SEARCH], text=True, **pipes) as search:
+        try:
+            while not caught(search.pid) >> (signal.SIGTERM - 1) & 1:
+                assert search.poll() is None
+            yield search
+        finally:
+            search.kill()
+
+
+def caught(pid):
+    """The signals that a process has a handler for, a bit each."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(status.split("SigCgt:")[1].split()[0], 16)
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_search_writes_the_best_so_far(sent, executable, tmp_path):
     found = tmp_path / "found.json"
-    words = [executable, "--tune", "--maxfev", "1000000000000", "--json"]
-    words += ["--save-controller", found]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(words, text=True, **pipes) as search:
-        while not list(tmp_path.iterdir()):  # the file is opened once signals are looked after
-            assert search.poll() is None
+    with endless_search(executable, "--save-controller", found) as search:
         search.send_signal(sent)
         printed, said = search.communicate()
     assert search.returncode == 130
@@ -128,6 +156,31 @@ def test_an_interrupted_search_writes_the_best_so_far(sent, executable, tmp_path
     assert [path.name for path in tmp_path.iterdir()] == ["found.json"]
     run = nfopidn.simulate(Scenario.published(rng=0), Controller.load(found))
     assert json.loads(printed)["cost"] == pytest.approx(run.metrics["cost"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "both", [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)], ids=["int", "term"]
+)
+def test_a_second_signal_of_either_kind_ends_the_program(both, executable, tmp_path):
+    words = ["--period", "1e6", "--dt", "0.5"]  # one evaluation takes a tenth of a second
+    with endless_search(executable, *words, "--out", tmp_path / "run.csv") as search:
+        search.send_signal(both[0])
+        while caught(search.pid) >> (both[1] - 1) & 1:
+            assert search.poll() is None
+        search.send_signal(both[1])
+        search.wait()
+    assert search.returncode == -both[1]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_search_in_the_background_lets_ctrl_c_pass(executable):
+    with endless_search("env", "--ignore-signal=INT", executable) as search:
+        assert not caught(search.pid) >> (signal.SIGINT - 1) & 1
+        search.send_signal(signal.SIGINT)
+        search.send_signal(signal.SIGTERM)
+        _, said = search.communicate()
+    assert search.returncode == 130
+    assert "interrupted" in said
 
 
 ENDLESS = ["--period", "1e5", "--substeps", "10000", "--integrator", "exact"]  # for many minutes

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import traceback
 
 import nfopidn
 import numpy as np
@@ -347,6 +348,22 @@ def test_what_func_raises_reaches_the_caller(method, error):
     assert best.nfev <= 250
     assert not best.success
     assert len(best.history) == best.nit > 0
+
+
+@pytest.mark.parametrize("vectorized", [False, True])
+def test_what_func_raises_tells_where(vectorized):
+    def culprit(x):
+        return x / 0
+
+    def func(x):
+        return culprit(1)
+
+    with pytest.raises(ZeroDivisionError) as caught:
+        nfopidn.bfoa(func, [(0, 1)] * 2, vectorized=vectorized)
+    assert [line.name for line in traceback.extract_tb(caught.value.__traceback__)][-2:] == [
+        "func",
+        "culprit",
+    ]
 
 
 def test_what_func_raises_at_once_reaches_the_caller():

@@ -30,13 +30,19 @@ class Objective {
   virtual void bounded_costs(const Points& points, const double* /*bounds*/, double* costs) {
     this->costs(points, costs);
   }
-  // Whether gradient() is there, and whether points evaluated in vain cost next to nothing.
+  // Whether there are gradients, and whether points evaluated in vain cost next to nothing.
   virtual bool has_gradient() const { return false; }
   virtual bool is_cheap() const { return false; }
   // Points to be asked for at once, at most: what is asked for together is recorded together.
   virtual Eigen::Index most_at_once() const { return std::numeric_limits<Eigen::Index>::max(); }
-  // The cost, and its partial derivatives. Counts as 1 + dimension evaluations.
-  virtual double gradient(const Point& /*point*/, double* /*slopes*/) { return 0; }
+  // Partial derivatives to be asked for at once, at most: between two askings a search may end.
+  virtual Eigen::Index partials_at_once() const { return std::numeric_limits<Eigen::Index>::max(); }
+  // The cost, and its partial derivatives by the coordinates first .. first + count - 1. All of
+  // them, a gradient, count as 1 + dimension evaluations.
+  virtual double partials(const Point& /*point*/, Eigen::Index /*first*/, Eigen::Index /*count*/,
+                          double* /*slopes*/) {
+    return 0;
+  }
 };
 
 // A row a chemotactic step.
@@ -95,12 +101,20 @@ class Search {
   // A point known to be good, in the objective's own units; empty if there is none.
   Point start;
 
+  // Whether record() is kept, for a search that may be resumed.
+  bool keeps_record = true;
+
   // What the objective has answered so far. Given to resume() of a search with the same settings,
   // it brings that search to the same place without asking the objective again.
   const std::vector<double>& record() const { return record_; }
   void resume(std::vector<double> record) { replay_ = std::move(record); }
-  bool is_replaying() const { return record_.size() < replay_.size(); }
+  bool is_replaying() const { return answers_ < replay_.size(); }
   void set_callback(Callback callback) { callback_ = std::move(callback); }
+  // Asked between two questions to the objective, once there is a first answer; true ends the
+  // search, as a callback's false does.
+  void set_interruption(std::function<bool()> interrupted) {
+    interrupted_ = std::move(interrupted);
+  }
   // Called after each answer of the objective, once it is in the record.
   void set_witness(std::function<void()> witness) { witness_ = std::move(witness); }
   // The objective's answers before now took this long [s], in an earlier process.
@@ -162,9 +176,9 @@ class Search {
   bool gradient(const Point& unit, double& cost, Point& slopes) {
     if (check_limits() || left() < 1 + dimension()) return false;
     std::vector<double> reply(static_cast<std::size_t>(1 + dimension()));
-    answer(reply.data(), reply.size(),
-           [&] { reply[0] = objective_.gradient(box_.to_user(unit), reply.data() + 1); });
-    if (!count(unit, reply[0])) return false;
+    const bool answered = answer(reply.data(), reply.size(),
+                                 [&] { return differentiate(box_.to_user(unit), reply); });
+    if (!answered || !count(unit, reply[0])) return false;
     result.evaluations += dimension();
     cost = reply[0];
     slopes =
@@ -197,7 +211,10 @@ class Search {
   bool check_limits() {
     if (left() <= 0) stop(StopReason::evaluations);
     // Whatever the time, there is a first point to show for it.
-    if (!done_ && result.evaluations > 0 && is_late()) stop(StopReason::time);
+    if (!done_ && result.evaluations > 0) {
+      if (is_late()) stop(StopReason::time);
+      if (interrupted_ && interrupted_()) stop(StopReason::callback);
+    }
     return done_;
   }
 
@@ -223,22 +240,36 @@ class Search {
         } else {
           objective_.bounded_costs(asked_, bounds->data() + first, costs.data() + first);
         }
+        return true;
       });
     }
     return std::min(first, wanted);
   }
 
-  // Fills `count` numbers from the record of an earlier process, or asks.
+  // The cost and all slopes into `reply`; false if the search has ended before the last of them.
+  bool differentiate(const Point& point, std::vector<double>& reply) {
+    const Eigen::Index most = std::min(objective_.partials_at_once(), dimension());
+    for (Eigen::Index first = 0; first < dimension(); first += most) {
+      if (first > 0 && check_limits()) return false;
+      reply[0] = objective_.partials(point, first, std::min(most, dimension() - first),
+                                     reply.data() + 1 + first);
+    }
+    return true;
+  }
+
+  // Fills `count` numbers from the record of an earlier process, or asks; false if ask() is.
   template <class Ask>
-  void answer(double* numbers, std::size_t count, const Ask& ask) {
-    if (record_.size() + count <= replay_.size()) {
-      std::copy_n(replay_.begin() + static_cast<std::ptrdiff_t>(record_.size()), count, numbers);
+  bool answer(double* numbers, std::size_t count, const Ask& ask) {
+    if (answers_ + count <= replay_.size()) {
+      std::copy_n(replay_.begin() + static_cast<std::ptrdiff_t>(answers_), count, numbers);
     } else {
       replay_.clear();
-      ask();
+      if (!ask()) return false;
     }
-    record_.insert(record_.end(), numbers, numbers + count);
+    answers_ += count;
+    if (keeps_record) record_.insert(record_.end(), numbers, numbers + count);
     if (witness_) witness_();
+    return true;
   }
 
   Objective& objective_;
@@ -247,7 +278,9 @@ class Search {
   std::chrono::steady_clock::time_point start_;
   double earlier_ = 0;
   Callback callback_;
+  std::function<bool()> interrupted_;
   std::function<void()> witness_;
+  std::size_t answers_ = 0;
   std::vector<double> record_;
   std::vector<double> replay_;
   Points asked_;  // the points before the objective, in its own units

@@ -134,6 +134,8 @@ class Team {
   Team& operator=(const Team&) = delete;
   ~Team() { leave_to_other_process(); }
 
+  int size() const { return threads_; }
+
   // Calls run(first, count) for equal shares of `whole`, each on a thread of its own, and not more
   // of them than `whole` has pieces of size `piece`. Where no thread is to be had, or another
   // caller has them at work, all is the caller's.

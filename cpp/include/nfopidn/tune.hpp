@@ -49,7 +49,11 @@ class TuneObjective : public Objective {
   bool is_cheap() const override { return true; }
   // A moment's worth, so that a time limit is kept.
   Eigen::Index most_at_once() const override {
-    return std::max<Eigen::Index>(1, 4096 / static_cast<Eigen::Index>(evaluators_.size()));
+    const Eigen::Index candidates = runs_one_by_one() ? 64 : 4096;
+    return std::max<Eigen::Index>(1, candidates / static_cast<Eigen::Index>(evaluators_.size()));
+  }
+  Eigen::Index partials_at_once() const override {
+    return runs_one_by_one() ? team_.size() : dimension_;
   }
 
   void costs(const Points& points, double* costs) override {
@@ -77,37 +81,52 @@ class TuneObjective : public Objective {
     }
   }
 
-  double gradient(const Point& point, double* slopes) override {
-    using D = Dual<double>;
+  // The cost and its gradient.
+  double gradient(const Point& point, double* slopes) {
+    return partials(point, 0, dimension_, slopes);
+  }
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
     const std::size_t size = tap_size();
-    std::vector<double> taps(size), directions(size * static_cast<std::size_t>(dimension_));
-    std::vector<D> x(static_cast<std::size_t>(dimension_)), fused(size);
-    for (int i = 0; i < dimension_; ++i) {
-      for (int k = 0; k < dimension_; ++k) {
+    std::vector<double> taps(size), directions(size * static_cast<std::size_t>(count));
+    differentiate_taps(point, first, count, taps, directions);
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
+    Eigen::VectorXd each(scenarios);
+    Eigen::MatrixXd each_slopes(count, scenarios);
+    constexpr int together = 16;  // directions that take hardly longer than half of them
+    over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
+      const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
+          taps.data(), directions.data() + static_cast<std::size_t>(from) * size,
+          static_cast<int>(there), each_slopes.col(scenario).data() + from);
+      if (from == 0) each(scenario) = cost;
+    });
+    const Eigen::VectorXd weight = worst_share(each, share_);
+    Eigen::Map<Eigen::VectorXd>(slopes, count) = each_slopes * weight;
+    return each.dot(weight);
+  }
+
+ private:
+  // Whether a memory beyond that of the lanes makes each candidate and direction a run of its own.
+  bool runs_one_by_one() const { return structure_.settings.memory + 2 > batch_capacity; }
+
+  // The taps at a point, and how they change with its coordinates first .. first + count - 1.
+  void differentiate_taps(const Point& point, Eigen::Index first, Eigen::Index count,
+                          std::vector<double>& taps, std::vector<double>& directions) const {
+    const std::size_t size = tap_size();
+    std::vector<Dual<double>> x(static_cast<std::size_t>(dimension_)), fused(size);
+    double* slope = directions.data();
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      for (Eigen::Index k = 0; k < dimension_; ++k) {
         x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
       }
       parameters_to_taps(structure_, parameters_.full(x.data()), fused.data());
       for (std::size_t n = 0; n < size; ++n) {
         taps[n] = fused[n].value;
-        directions[static_cast<std::size_t>(i) * size + n] = fused[n].slope;
+        *slope++ = fused[n].slope;
       }
     }
-    const auto count = static_cast<Eigen::Index>(evaluators_.size());
-    Eigen::VectorXd each(count);
-    Eigen::MatrixXd each_slopes(dimension_, count);
-    constexpr int together = 16;  // directions that take hardly longer than half of them
-    over_scenarios(dimension_, together, [&](auto scenario, auto first, auto there) {
-      const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
-          taps.data(), directions.data() + static_cast<std::size_t>(first) * size,
-          static_cast<int>(there), each_slopes.col(scenario).data() + first);
-      if (first == 0) each(scenario) = cost;
-    });
-    const Eigen::VectorXd weight = worst_share(each, share_);
-    Eigen::Map<Eigen::VectorXd>(slopes, dimension_) = each_slopes * weight;
-    return each.dot(weight);
   }
 
- private:
   // Calls run(scenario, first, count) until each scenario has all of `size` things, which are
   // shared out in pieces of `together`.
   template <class Run>
@@ -168,6 +187,7 @@ struct TuningTask {
   std::uint64_t seed = 0;
   double share = 1;
   int threads = 1;
+  std::function<bool()> interrupted;  // asked now and then; true ends the search
 };
 
 // The share of a search for free taps that looks for gains and orders to start from.
@@ -191,7 +211,9 @@ inline SearchResult run_stage(const TuningTask& task, const Search::Callback& ca
                           static_cast<int>(size), task.share, task.threads);
   Search search(objective, {low, high, tuning_bend(low)}, {task.evaluations}, task.seed);
   if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
+  search.keeps_record = false;
   search.set_callback(callback);
+  search.set_interruption(task.interrupted);
   BfoaPlus(search, {}, task.evaluations).run();
   return search.result;
 }
@@ -223,11 +245,17 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
 
 }  // namespace detail
 
-// A callback is told the evaluations of the present stage.
-inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback = {}) {
+// Called after each chemotactic step with the evaluations and the least cost of all stages so far;
+// returning false ends the search.
+using TuningCallback = std::function<bool(std::int64_t evaluations, double cost)>;
+
+inline TuningResult run_tuning(TuningTask task, const TuningCallback& callback = {}) {
   TuningResult best;
   best.structure = task.structure;
   std::int64_t spent = 0;
+  const auto report = [&](const SearchResult& stage) {
+    return !callback || callback(spent + stage.evaluations, std::min(best.cost, stage.cost));
+  };
   const auto keep = [&](const SearchResult& found, const Structure& structure) {
     spent += found.evaluations;
     task.evaluations -= found.evaluations;
@@ -241,17 +269,17 @@ inline TuningResult run_tuning(TuningTask task, const Search::Callback& callback
     return best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
   };
   if (task.structure.parameters == ParameterSet::taps && task.start.empty()) {
-    keep(detail::find_start(task, callback), task.structure);
+    keep(detail::find_start(task, report), task.structure);
     task.start.assign(best.x.begin(), best.x.end());
   }
   if (!task.structure.either_lateral) {
-    if (goes_on()) keep(detail::run_stage(task, callback), task.structure);
+    if (goes_on()) keep(detail::run_stage(task, report), task.structure);
   } else {
     for (const Lateral lateral : free_tap_laterals) {
       TuningTask one = task;
       one.structure.settings.lateral = lateral;
       if (lateral == free_tap_laterals[0]) one.evaluations -= task.evaluations / 2;
-      if (one.evaluations > 0 && goes_on()) keep(detail::run_stage(one, callback), one.structure);
+      if (one.evaluations > 0 && goes_on()) keep(detail::run_stage(one, report), one.structure);
     }
   }
   best.evaluations = spent;

@@ -16,6 +16,13 @@ namespace {
 using RowPoints = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Clock = std::chrono::steady_clock;
 
+// What Python code has raised, with the lines that it came from.
+py::object raised_by(const py::error_already_set& error) {
+  py::object value = error.value();
+  if (error.trace()) PyException_SetTraceback(value.ptr(), error.trace().ptr());
+  return value;
+}
+
 // A Python function of an (n, p) array that returns n costs. What it raises ends the search and is
 // kept, so that the caller can be given the best so far with it.
 class FunctionObjective : public Objective {
@@ -39,8 +46,8 @@ class FunctionObjective : public Objective {
                               ",)");
       }
       std::copy(reply.data(), reply.data() + reply.size(), costs);
-    } catch (py::error_already_set& error) {
-      raised = error.value();
+    } catch (const py::error_already_set& error) {
+      raised = raised_by(error);
       keep_answers(costs, points.cols());
     } catch (const py::cast_error&) {
       raised = py::module_::import("builtins").attr("ValueError")("func must return numbers");
@@ -204,24 +211,34 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     search.set_witness([&] { checkpoint.save_if_due(search); });
   }
   const bool resumes = search.is_replaying();
+  search.keeps_record = !request.checkpoint.empty();
   bool interrupted = false;
   py::object raised = py::none();  // by the callback, or by a signal's handler
+  const auto heed_signals = [&] {
+    if (PyErr_CheckSignals() == 0) return true;
+    interrupted = true;
+    const py::error_already_set error;
+    if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
+    return false;
+  };
+  Clock::time_point next_look{};
+  search.set_interruption([&] {
+    if (Clock::now() < next_look) return false;
+    next_look = Clock::now() + std::chrono::milliseconds(50);
+    const py::gil_scoped_acquire acquire;
+    return !heed_signals();
+  });
   search.set_callback([&](const SearchResult& so_far) {
     if (!checkpoint.fault) return false;
     const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() != 0) {
-      interrupted = true;
-      const py::error_already_set error;
-      if (!error.matches(PyExc_KeyboardInterrupt)) raised = error.value();
-      return false;
-    }
+    if (!heed_signals()) return false;
     if (request.callback.is_none() || search.is_replaying()) return true;
     const HistoryRow& row = so_far.history.back();
     try {
       return request.callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step)
           .cast<bool>();
     } catch (const py::error_already_set& error) {
-      raised = error.value();
+      raised = raised_by(error);
       return false;
     }
   });
