@@ -4,6 +4,7 @@ import copy
 import itertools
 import math
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import matplotlib.pyplot as plt
 import mpmath
@@ -156,6 +157,22 @@ def test_picture_of_the_methods_has_their_curves():
 
 
 # --- sample by sample ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("memory", [20, 150, math.inf])
+def test_threads_take_turns_at_one_filter(memory):
+    """Each call's samples stay together, whichever comes first."""
+    samples = np.random.default_rng(4).normal(size=(2, 100_000))
+    model = FractionalFilter(0.5, DT, memory)
+    shared = model.copy()
+    with ThreadPoolExecutor(2) as pool:
+        found = [tuple(part) for part in pool.map(shared.stream, samples)]
+    serial = []
+    for order in (0, 1), (1, 0):
+        alone = model.copy()
+        parts = {i: tuple(alone.stream(samples[i])) for i in order}
+        serial.append([parts[0], parts[1]])
+    assert found in serial
 
 
 @pytest.mark.parametrize("rule", RULES)

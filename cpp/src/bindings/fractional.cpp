@@ -32,7 +32,7 @@ py::array process(PyFractionalFilter& self, const Samples& samples) {
   const double* in = samples.data();
   double* out = result.mutable_data();
   const py::ssize_t count = samples.size();
-  const py::gil_scoped_release release;
+  // Not without the GIL: another thread's step would meet a filter between two states.
   for (py::ssize_t i = 0; i < count; ++i) out[i] = self.filter.step(in[i]);
   return std::move(result);
 }
