@@ -43,6 +43,7 @@ TESTS = {
         "controller_anti_windup",
         "controller_law",
         "simulate",
+        "lanes",
     ],
     "loop.hpp": ["loop", "simulate", "golden_run"],
     "bfoa.hpp": ["bfoa", "search"],
@@ -163,7 +164,7 @@ class Tree:
     def __init__(self, place):
         self.place = WORK / f"tree-{place}"
         shutil.rmtree(self.place, ignore_errors=True)
-        for part in ("cpp/include", "tests/cpp", "tests/golden"):
+        for part in ("cpp/include", "cpp/src/batch", "tests/cpp", "tests/golden"):
             shutil.copytree(REPOSITORY / part, self.place / part)
 
     def compile(self, test, sanitize):
@@ -172,6 +173,7 @@ class Tree:
             SANITIZE if sanitize else ["-include-pch", str(WORK / "precompiled.hpp.pch")]
         )
         command = [COMPILER, *flags, f"-I{self.place}/cpp/include", "-isystem", eigen()]
+        command += [f"-I{self.place}/cpp/src"]  # the lanes
         command += [f'-DNFOPIDN_GOLDEN="{self.place}/tests/golden"']
         command += [f"{self.place}/tests/cpp/test_{test}.cpp", "-o", str(program)]
         return program, *run([*command, "-lgtest_main", "-lgtest", "-lpthread"], 300)

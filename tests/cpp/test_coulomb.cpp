@@ -81,6 +81,17 @@ TEST(Coulomb, StopsAtTheClosedFormsPlaceAndSticks) {
   EXPECT_NEAR(turned.theta, -1.5 * 1.5 / (2 * slowing), 1e-12);
 }
 
+// 1 N m is a torque like any other.
+TEST(Coulomb, HoldsARobotByOneNewtonMetreAlone) {
+  for (const Integrator integrator : both_integrators) {
+    const Surroundings held{Robot<double>::eddie(), {0, 1}, {0.9, -0.8}};
+    const State<double> rest = {1, 2, 0.3, 0, 0};
+    EXPECT_LE(largest_difference(moved(held, integrator, 0.2, 3, rest), rest), 1e-16);
+    const Surroundings loose{Robot<double>::eddie(), {0, 1}, {1.2, 1.2}};
+    EXPECT_GT(moved(loose, integrator, 0.2, 3, rest).v, 0.01);
+  }
+}
+
 TEST(Coulomb, ARobotAtRestStaysBelowTheLimitAndLeavesAboveIt) {
   for (const Robot<double>& robot : some_robots()) {
     for (const Integrator integrator : both_integrators) {

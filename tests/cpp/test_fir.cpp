@@ -79,6 +79,17 @@ TYPED_TEST(FirFilter, IsAConvolution) {
   this->run(TestFixture::samples);
 }
 
+TYPED_TEST(FirFilter, KnowsTheNewestErrors) {
+  for (int k = 0; k < this->samples; ++k) {
+    const auto error = this->next_error();
+    this->filter.step(error);
+    const auto newest = this->filter.newest();
+    EXPECT_EQ(newest.x, error.x);
+    EXPECT_EQ(newest.y, error.y);
+    EXPECT_EQ(newest.theta, error.theta);
+  }
+}
+
 TYPED_TEST(FirFilter, MayHaveFewerTapsThanItsCapacity) {
   this->use_random_taps(TestFixture::capacity);
   this->use_random_taps(2);  // the taps beyond go back to zero

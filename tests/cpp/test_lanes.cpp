@@ -91,6 +91,40 @@ TEST(Lanes, HeadingDoesNotDependOnItsNeighbours) {
   }
 }
 
+// Lanes look at the limit only where their neurons reach it: under it, at it and over it the
+// torques are those of a single number.
+TEST(Lanes, TorquesAreLimitedAsThoseOfSingleNumbers) {
+  ControllerSettings<double> settings;
+  settings.allocation.matrix[0][0] = -1;  // shares of both signs: left takes up to 3
+  settings.allocation.matrix[1][2] = 0.5;
+  const double taps[channel_count][2] = {{4, 0}, {-3, 0.2}, {5, 0}};
+  Draws draw(5);
+  int limited = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double limit = draw.between(0.5, 5);
+    const ControlLimits<double> limits = {limit, 1};
+    Controller<Wide, Fir<Wide, 2, 3>> lanes;
+    Controller<double, Fir<double, 2>> single;
+    lanes.configure_structure(settings, limits);
+    single.configure_structure(settings, limits);
+    lanes.set_taps(taps[0], taps[1], taps[2], 2);
+    single.set_taps(taps[0], taps[1], taps[2], 2);
+    const ReferenceSample<double> reference = {
+        0, 0, 0, 0.1, 0, draw.between(-3, 3), draw.between(-3, 3), false};
+    const double x = draw.between(-2, 2), y = draw.between(-2, 2), theta = draw.between(-2, 2);
+    const Heading<double> ahead = {1, 0};
+    const auto one = single.step(Channels<double>{x, y, theta}, ahead, reference);
+    const auto all = lanes.step(Channels<Wide>{Wide(x), Wide(y), Wide(theta)},
+                                Heading<Wide>{Wide(1.0), Wide(0.0)}, reference);
+    EXPECT_NEAR(all.left.get(1), one.left, 1e-14);
+    EXPECT_NEAR(all.right.get(2), one.right, 1e-14);
+    EXPECT_LE(std::fabs(all.left.get(0)), limit);
+    limited += std::fabs(one.left) == limit ? 1 : 0;
+  }
+  EXPECT_GT(limited, 200);
+  EXPECT_LT(limited, 1800);
+}
+
 TEST(Lanes, HeadingsAndWrapsOfAnyAngle) {
   for (double angle = -30; angle < 30; angle += 0.0137) {
     const Heading<Wide> heading = M::heading(Wide(angle));

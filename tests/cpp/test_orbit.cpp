@@ -80,6 +80,24 @@ TEST(Orbit, TunedGainsAreStable) {
   EXPECT_LT(std::exp(found.log_radius), 1e-3);
 }
 
+// Too far from the reference for Newton's method, but where a long run settles.
+TEST(Orbit, IsFoundWhereARunSettles) {
+  ControllerDesign design;
+  const double gains[3][3] = {{3.7, 1.5, 0.7}, {0.2, 0.3, 1.4}, {3.3, 2.5, 1.2}};
+  for (int channel = 0; channel < channel_count; ++channel) {
+    std::copy_n(gains[channel], 3, design.gains[channel]);
+    design.alpha[channel] = 0.5;
+    design.sigma[channel] = 0.8;
+  }
+  TrajectorySettings settings;
+  settings.period = 40;
+  const Scenario scenario = published(settings);
+  const LoopStability found = analysed(scenario, design);
+  EXPECT_EQ(found.orbit.start, OrbitStart::simulation);
+  EXPECT_EQ(found.verdict, Verdict::stable);
+  EXPECT_TRUE(near(found.log_radius, simulated_log_radius(scenario, design, found, 12), 1e-2));
+}
+
 TEST(Orbit, WithoutAnOrbitSaysSo) {
   ControllerDesign design;
   design.frame = Frame::world;

@@ -225,6 +225,18 @@ TEST(Lqr, TurnsItsLateralGainRoundInReverse) {
   EXPECT_EQ(law.gains(5).k_y, law.gains(50).k_y);
 }
 
+TEST(Lqr, FeedsItsGainsBackOnTheReferencesVelocities) {
+  const Lqr<double> law(LqrTolerances{}, model);
+  for (const double v : {-0.2, 0.1, 0.3}) {
+    const ReferenceSample<double> reference = {0, 0, 0, v, 0.4, 0, 0, v < 0};
+    const Channels<double> error = {0.01, -0.02, 0.03};
+    const Velocity<double> command = law.command({error, {0, 0}, reference, {0, 0}});
+    const LqrGains k = law.gains(v);
+    EXPECT_NEAR(command.v, v + k.k_x * 0.01, 1e-15);
+    EXPECT_NEAR(command.omega, 0.4 - k.k_y * 0.02 + k.k_theta * 0.03, 1e-15);
+  }
+}
+
 TEST(Rival, LimitsTheTotalTorqueAndTellsTheUnlimitedPart) {
   VelocityLoop<Samson<double>>::Settings settings;
   settings.k_v = 10;

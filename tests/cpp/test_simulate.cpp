@@ -1,5 +1,6 @@
 // Whole runs: the table, the metrics, and that everything that should agree does to the bit.
 #include "nfopidn/playback.hpp"
+#include "nfopidn/structures.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {
@@ -122,6 +123,20 @@ TEST(Simulate, EvaluateIsTheCostToTheBit) {
   ControllerSettings<double> settings;
   settings.form = Form::incremental;
   EXPECT_EQ(evaluate(prepare(diverging), settings), simulate(diverging, settings).metrics.cost);
+}
+
+// A controller of free taps is that of the gains and orders which give them.
+TEST(Simulate, FreeTapsAreThoseOfGainsAndOrders) {
+  ControllerDesign design = steady_settings(Form::positional);
+  ControllerDesign free = design;
+  free.taps = parameters_of(ParameterSet::taps, design);
+  const Scenario scenario = rich_scenario();
+  EXPECT_TRUE(same_bits(simulate(scenario, free).table, simulate(scenario, design).table));
+  for (std::size_t channel = 0; channel < channel_count; ++channel) {
+    ControllerDesign other = free;
+    other.taps[channel * (other.taps.size() / channel_count)] *= 1.01;
+    EXPECT_FALSE(same_bits(simulate(scenario, other).table, simulate(scenario, free).table));
+  }
 }
 
 // The filter that fits a memory best changes nothing of the result but the speed.
