@@ -7,6 +7,7 @@ from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nfopidn._core import Controller, Rival, Scenario
 
@@ -15,12 +16,42 @@ _MOST = 10**9
 
 def is_number(value: Any) -> bool:
     """Whether a value is a real number, infinity included, and no bool."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | np.number):
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         return False
     try:
         return not np.isnan(float(value))
     except (OverflowError, TypeError):
         return False
+
+
+def check_encoding(what: str, text: str) -> None:
+    """Refuse a text that no file and no core can hold.
+
+    Raises
+    ------
+    ValueError
+        It has halves of surrogate pairs, as Python makes of names that are not UTF-8.
+    """
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{what}{text!r} is not UTF-8") from None
+
+
+def real_numbers(name: str, given: Any) -> NDArray[np.float64]:
+    """Return an array of numbers, a new one.
+
+    Raises
+    ------
+    ValueError
+        Texts, objects, complex numbers, or a whole number beyond every double.
+    """
+    try:
+        if not np.iscomplexobj(given):
+            return np.array(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"{name} must be real numbers")
 
 
 def whole_number(name: str, value: Any, least: int, most: int = _MOST) -> int:

@@ -47,6 +47,22 @@ def check_picture(path: str | None) -> None:
         raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
 
 
+def _draft_name(target: Path) -> Path:
+    return target.with_name(f"{target.name}.part{os.getpid()}")
+
+
+def _try_to_write(path: Path) -> None:
+    """Raise OSError for a name that draft_of() could not write."""
+    if path.is_dir():
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if path.exists() and not os.access(path, os.W_OK):
+        raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+    if path.is_file() or not path.exists():
+        draft = _draft_name(path.resolve())
+        draft.touch()
+        draft.unlink()
+
+
 def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ()) -> None:
     """Refuse names that cannot be written, and one name given twice; by option, before any work."""
     taken = {Path(name).resolve(): "the input" for name in inputs if Path(name).is_file()}
@@ -55,13 +71,10 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ())
             continue
         path = Path(name)
         try:
-            place = path if path.exists() else path.parent
-        except OSError as error:  # too long a name
+            if _core.descriptor_of(os.fsencode(name)) < 0:
+                _try_to_write(path)
+        except OSError as error:
             raise ValueError(f"{option} {name}: cannot be written: {error.strerror}") from None
-        if path.is_dir() or not place.exists() or not os.access(place, os.W_OK):
-            reason = errno.EISDIR if path.is_dir() else errno.EACCES
-            reason = reason if place.exists() else errno.ENOENT
-            raise ValueError(f"{option} {name}: cannot be written: {os.strerror(reason)}")
         if path.resolve() in taken:
             raise ValueError(f"{option} {name}: is the file of {taken[path.resolve()]} too")
         if not path.exists() or path.is_file():
@@ -81,7 +94,7 @@ def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
         yield target
         return
     target = target.resolve()  # the file a link points to is replaced, and not the link
-    draft = target.with_name(f"{target.name}.part{os.getpid()}")
+    draft = _draft_name(target)
     try:
         yield draft
         with draft.open("rb") as written:
@@ -112,6 +125,15 @@ def replace_file(path: str | PathLike[str], text: str) -> None:
             draft.write_text(text, encoding="utf-8")
         except OSError as error:  # a write that fails names no file
             raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+
+
+@contextmanager
+def kept(faults: list[OSError | ValueError]) -> Iterator[None]:
+    """Keep what one of several files is refused for: the others are written all the same."""
+    try:
+        yield
+    except (OSError, ValueError) as error:  # the core raises the latter
+        faults.append(error)
 
 
 def save_picture(figure: Figure, path: str) -> None:

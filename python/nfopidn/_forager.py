@@ -15,8 +15,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nfopidn._search import Array, Callback, OptimizeResult, bfoa, check_settings, read_box
+from nfopidn._checks import real_numbers
+from nfopidn._search import (
+    MESSAGES,
+    Array,
+    Callback,
+    OptimizeResult,
+    bfoa,
+    check_settings,
+    read_box,
+)
 
+_CALLBACK = list(MESSAGES).index("callback")
 _CLOSED = "The search was closed; this is the best so far."
 _OPEN: weakref.WeakSet[Forager] = weakref.WeakSet()
 
@@ -50,14 +60,13 @@ class Forager:
         self._error: BaseException | None = None
         self._closed = False
         self._ending = False  # asked for by the callback
-        #: The OptimizeResult once ask() has returned None.
+        #: The OptimizeResult once ask() has returned None, or raised.
         self.result: OptimizeResult | None = None
         read_box(bounds)
         given = inspect.signature(bfoa).bind(None, bounds, **arguments)
         given.apply_defaults()
-        words = {
-            name: given.arguments[name] for name in inspect.signature(check_settings).parameters
-        }
+        known = inspect.signature(check_settings).parameters
+        words = {name: word for name, word in given.arguments.items() if name in known}
         if hasattr(words["rng"], "integers"):  # a generator's numbers are the search's
             words["rng"] = 0
         check_settings(**words)
@@ -72,9 +81,12 @@ class Forager:
                 if self._ending:
                     self.result["message"] = _CLOSED
             except _ClosedError as closed:
+                # As when the callback closes it; the point that was not answered does not count.
                 self.result = closed.best
-                self.result["message"] = _CLOSED
+                nfev = self.result["nfev"] - 1
+                self.result.update(nfev=nfev, success=nfev > 0, status=_CALLBACK, message=_CLOSED)
             except BaseException as error:
+                self.result = getattr(error, "best", None)
                 self._error = error
             self._points.put(None)
 
@@ -105,6 +117,8 @@ class Forager:
     def ask(self) -> Array | None:
         """Give the points (n, p) whose costs are wanted, the same until told; None at the end.
 
+        Passes on, once, what a callback has raised; `result` then has the best before.
+
         Raises
         ------
         ValueError
@@ -132,7 +146,7 @@ class Forager:
         """
         if self._asked is None:
             raise ValueError("tell() comes after ask()")
-        values = np.array(costs, dtype=float)
+        values = real_numbers("costs", costs)
         if values.shape != (len(self._asked),):
             raise ValueError(f"costs have the shape {values.shape}; must be ({len(self._asked)},)")
         if np.isnan(values).any():

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nfopidn import _core
-from nfopidn._checks import is_number
+from nfopidn._checks import check_encoding, is_number
 from nfopidn._core import Controller, Rival, Robot, Scenario
 from nfopidn._search import Array, check_bounds
 
@@ -139,6 +139,7 @@ def controller_structure(structure: Structure) -> tuple[dict[str, Any], str]:
     if structure is None:
         structure = "paper"
     if isinstance(structure, str):
+        check_encoding("structure: ", structure)
         settings, parameters = _core.structure(structure)
         return dict(settings), parameters
     if not isinstance(structure, Mapping):
@@ -147,9 +148,11 @@ def controller_structure(structure: Structure) -> tuple[dict[str, Any], str]:
     for name in settings:
         if not isinstance(name, str):
             raise ValueError(f"structure: {name!r} is no name of a setting")
+        check_encoding("structure: ", name)
     parameters = settings.pop("parameters", "shared-orders")
     if not isinstance(parameters, str):
         raise ValueError(f"structure: parameters is {parameters!r}; must be a name")
+    check_encoding("structure: parameters is ", parameters)
     return settings, parameters
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import Protocol
 
 
@@ -12,6 +14,11 @@ class Report(Protocol):
 
     def __call__(self, done: float, note: str) -> None:
         """Tell how much is done, and a word on it."""
+
+
+def shows_progress(quiet: bool) -> bool:
+    """Whether a command shows a bar: in a terminal, if rich is there, which is an extra."""
+    return not quiet and sys.stderr.isatty() and find_spec("rich") is not None
 
 
 @contextmanager

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
-from nfopidn._checks import is_number, whole_number
+from nfopidn._checks import check_encoding, is_number, whole_number
 from nfopidn._files import check_outputs
 from nfopidn._progress import Report, progress
 
@@ -135,8 +135,12 @@ def check_settings(
     checkpoint: str | PathLike[str] | None,
     progress: bool,
     callback: Callback | None,
+    stages: Sequence[str] = (),
 ) -> Settings:
-    """Refuse what is out of range; fill in what is missing."""
+    """Refuse what is out of range; fill in what is missing.
+
+    A search in stages has checkpoints with these suffixes besides its own.
+    """
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
@@ -158,7 +162,7 @@ def check_settings(
         maxfev=int(maxfev),
         maxtime=np.inf if maxtime is None else float(maxtime),
         stopval=-np.inf if stopval is None else float(stopval),
-        seed=_seed(rng, path),
+        seed=_seed(rng, path, stages),
         checkpoint=path,
         progress=progress,
     )
@@ -174,6 +178,7 @@ def _checked_options(options: Mapping[str, Any] | None) -> dict[str, Any]:
     for name, value in options.items():
         if not isinstance(name, str):
             raise ValueError(f"options: {name!r} is no name of an option")
+        check_encoding("options: ", name)
         if not is_number(value) or not np.isfinite(float(value)):
             raise ValueError(f"options: {name} is {value}; must be a finite number")
         plain[name] = int(value) if isinstance(value, Integral) else float(value)
@@ -188,18 +193,15 @@ def _checked_path(checkpoint: Any) -> str:
     path = fspath(checkpoint)
     if path == "" or "\0" in path:
         raise ValueError(f"checkpoint is {path!r}, empty or with a NUL; must be the name of a file")
-    try:
-        path.encode()
-    except UnicodeEncodeError:
-        raise ValueError(f"checkpoint is {path!r}; must be UTF-8") from None
+    check_encoding("checkpoint: ", path)
     check_outputs({"checkpoint": path})
     return path
 
 
-def _seed(rng: Any, checkpoint: str) -> int:
+def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
     if rng is None:
-        stages = (*LATERAL_STAGES.values(), FIRST_STAGE) if checkpoint else ()
-        seeds = [_seed_of_checkpoint(checkpoint + stage) for stage in stages]
+        paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
+        seeds = [_seed_of_checkpoint(path) for path in paths]
         return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
@@ -214,14 +216,20 @@ def _seed(rng: Any, checkpoint: str) -> int:
     return seed
 
 
-def _seed_of_checkpoint(path: str) -> int | None:
-    """Give the seed of the search that goes on, None if there is none."""
-    if not Path(path).is_file():
+def problem_in(checkpoint: str) -> dict[str, Any] | None:
+    """Give what a checkpoint is of; None if it cannot be told: the core says what is wrong."""
+    if not Path(checkpoint).is_file():
         return None
     try:
-        seed = json.loads(Path(path).read_text(encoding="utf-8"))["problem"]["seed"]
+        problem = json.loads(Path(checkpoint).read_text(encoding="utf-8"))["problem"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None  # the core says what is wrong with the file
+        return None
+    return problem if isinstance(problem, dict) else None
+
+
+def _seed_of_checkpoint(path: str) -> int | None:
+    """Give the seed of the search that goes on, None if there is none."""
+    seed = (problem_in(path) or {}).get("seed")
     return seed if isinstance(seed, int) and 0 <= seed <= 2**53 else None
 
 

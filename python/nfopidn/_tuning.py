@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
-from nfopidn._checks import is_number, whole_number
+from nfopidn._checks import is_number, real_numbers, whole_number
 from nfopidn._core import Controller, Rival, Robot, Scenario
 from nfopidn._files import replace_file
 from nfopidn._parameters import (
@@ -37,6 +38,7 @@ from nfopidn._search import (
     Settings,
     check_settings,
     finish,
+    problem_in,
     run,
 )
 
@@ -165,10 +167,6 @@ class Objective:
         workers: int = 1,
     ) -> None:
         """Take the arguments of tune()."""
-        self._arguments: dict[str, Any] = {
-            **{"scenario": scenario, "structure": structure, "bounds": bounds, "frozen": frozen},
-            **{"tied": tied, "risk": risk, "workers": workers},
-        }
         search = make_search(structure, bounds, frozen, tied)
         if not isinstance(search, ControllerSearch):
             raise ValueError(f"structure is {structure!r}, a rival; must be one of a Controller")
@@ -178,11 +176,22 @@ class Objective:
         self.parameters = search.names
         #: (p, 2): low and high of each.
         self.bounds = np.column_stack([search.low, search.high])
-        self._function = _cost_function(_scenarios(scenario), search, risk, workers)
+        scenarios = _scenarios(scenario)
+        self._function = _cost_function(scenarios, search, risk, workers)
+        # Copies: what the caller makes of its own afterwards is not this objective's.
+        self._arguments: dict[str, Any] = {
+            "scenario": list(scenarios),
+            "structure": _own(structure),
+            "bounds": self.bounds,
+            "frozen": _own(frozen),
+            "tied": _own(tied),
+            "risk": risk,
+            "workers": workers,
+        }
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Tell pickle and copy to make it anew."""
-        return _objective, (self._arguments,)
+        return _made_anew, (type(self), self._arguments)
 
     def __call__(self, x: ArrayLike) -> float:
         """Give the cost (eq. 41) of a point (p,)."""
@@ -190,7 +199,7 @@ class Objective:
 
     def costs(self, points: ArrayLike) -> Array:
         """Give the costs (n,) of points (n, p)."""
-        rows = _numbers("points", points)
+        rows = real_numbers("points", points)
         if rows.ndim != 2:
             raise ValueError(f"points have the shape {rows.shape}; must be (n, {self._size})")
         if not np.isfinite(rows).all():
@@ -211,7 +220,7 @@ class Objective:
         return len(self.parameters)
 
     def _point(self, x: ArrayLike) -> Array:
-        point = _numbers("x", x)
+        point = real_numbers("x", x)
         if point.shape != (self._size,):
             raise ValueError(f"x has the shape {point.shape}; must be ({self._size},)")
         if not np.isfinite(point).all():
@@ -223,17 +232,13 @@ class Objective:
         return self._search.start(controller)
 
 
-def _objective(arguments: dict[str, Any]) -> Objective:
-    return Objective(**arguments)
+def _made_anew(kind: type[Objective], arguments: dict[str, Any]) -> Objective:
+    return kind(**arguments)
 
 
-def _numbers(name: str, given: ArrayLike) -> Array:
-    try:
-        if not np.iscomplexobj(given):
-            return np.array(given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise ValueError(f"{name} must be real numbers")
+def _own(given: Any) -> Any:
+    """Copy a mapping into a dict, and leave all else as it is."""
+    return copy.deepcopy(dict(given)) if isinstance(given, Mapping) else given
 
 
 def _cost_function(
@@ -322,12 +327,15 @@ def tune(
     ValueError
         Names the argument, its value and what is allowed.
     """
-    settings = check_settings(
-        method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
-    )
     scenarios = _scenarios(scenario)
     search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
+    stages = _stages(structure, search, start, {"bounds": bounds, "frozen": frozen, "tied": tied})
+    settings = check_settings(
+        *(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback),
+        stages=list(stages),
+    )
     _check_share(risk, workers)
+    _check_checkpoints(settings, scenarios, risk, stages)
     first = None if start is None else search.start(start)
     if first is not None:
         _check_start(search, start, first)
@@ -346,14 +354,7 @@ def tune(
         over = before.nfev >= settings.maxfev or before.elapsed >= settings.maxtime
         if before.status > OUT_OF_TIME or over:
             return before
-    problem = {
-        "kind": "tune",
-        "scenario": [json.loads(one.to_json()) for one in scenarios],
-        **search.problem(),
-        "source": search.source,
-        "fixed": search.fixed,
-        "risk": float(risk),
-    }
+    problem = _problem(scenarios, search, risk)
     problem["start"] = None if first is None else first.tolist()
     request = settings.request(search.low, search.high, problem)
     if before is not None:
@@ -376,13 +377,74 @@ def tune(
         scenario=scenarios[0] if len(scenarios) == 1 else scenarios,
         controller=search.controller(reply["x"]),
     )
-    if before is not None:
-        reply["nfev"] += before.nfev
-        reply["elapsed"] += before.elapsed
-        reply["history"][:, HISTORY.index("nfev")] += before.nfev
-        reply["history"] = np.vstack([_rows(before.history), reply["history"]])
-    finish(result, reply, raised)
-    return result
+    if before is None:
+        finish(result, reply, raised)
+        return result
+    try:
+        finish(result, reply, raised)
+    except BaseException as error:
+        error.best = _best_of([before, result], structure)  # type: ignore[attr-defined]
+        raise
+    return _best_of([before, result], structure)
+
+
+def _problem(scenarios: list[Scenario], search: Search, risk: float) -> dict[str, Any]:
+    """Describe a search, but for its start, for a checkpoint."""
+    return {
+        "kind": "tune",
+        "scenario": [json.loads(one.to_json()) for one in scenarios],
+        **search.problem(),
+        "source": search.source,
+        "fixed": search.fixed,
+        "risk": float(risk),
+    }
+
+
+def _for_gains(chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the structure of the search that a search for free taps starts with."""
+    return {**chosen, "parameters": "orders-by-channel"}
+
+
+def _for_taps(chosen: Mapping[str, Any], lateral: str) -> dict[str, Any]:
+    return {**chosen, "lateral": lateral, "parameters": "taps"}
+
+
+def _stages(
+    structure: str | Mapping[str, Any] | None, search: Search, start: Any, limits: Mapping[str, Any]
+) -> dict[str, Search]:
+    """Give what each stage of a search looks for, by the suffix of its checkpoint."""
+    if not isinstance(search, ControllerSearch) or search.parameters != "taps":
+        return {"": search}
+    chosen, _ = controller_structure(structure)
+    stages: dict[str, Search] = {"": search}
+    if structure == "taps":
+        for lateral, suffix in LATERAL_STAGES.items():
+            stages[suffix] = make_search(_for_taps(chosen, lateral), **limits)
+    if start is None:
+        stages[FIRST_STAGE] = make_search(_for_gains(chosen), None, None, None)
+    return stages
+
+
+def _check_checkpoints(
+    settings: Settings, scenarios: list[Scenario], risk: float, stages: Mapping[str, Search]
+) -> None:
+    """Refuse checkpoints of other searches before the first stage, and not as each one's turn is.
+
+    What a stage starts from, and the evaluations left for it, are known only then.
+    """
+    if len(stages) == 1 or not settings.checkpoint:
+        return
+    for suffix, search in stages.items():
+        path = settings.checkpoint + suffix
+        if not Path(path).exists():
+            continue
+        found = problem_in(path)
+        problem = _problem(scenarios, search, risk)
+        known = json.loads(settings.request(search.low, search.high, problem)["problem"])
+        del known["maxfev"]
+        if found is None or any(key not in found or found[key] != known[key] for key in known):
+            which = "no checkpoint" if found is None else "the checkpoint of another search"
+            raise ValueError(f"checkpoint: {path}: is {which}; give another path, or remove it")
 
 
 def _check_start(search: Search, start: Any, first: Array) -> None:
@@ -399,10 +461,6 @@ def _check_start(search: Search, start: Any, first: Array) -> None:
 def _within(search: Search, controller: Controller) -> Array:
     """Give a controller's free parameters, moved to the bounds where they are beyond."""
     return np.clip(search.start(controller), search.low, search.high)
-
-
-def _rows(history: Any) -> Array:
-    return np.column_stack([history[name] for name in HISTORY])
 
 
 def _scenarios(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenario]:
@@ -440,7 +498,7 @@ def _first_gains(
     try:
         found = tune(
             scenarios,
-            structure={**chosen, "parameters": "orders-by-channel"},
+            structure=_for_gains(chosen),
             rng=settings.seed,
             maxfev=_gains_share(settings),
             maxtime=maxtime,
@@ -481,7 +539,7 @@ def _either_lateral(
         except BaseException as error:
             if isinstance(getattr(error, "best", None), TuneResult):
                 stages.append(error.best)  # type: ignore[attr-defined]
-                error.best = _best_of(stages)  # type: ignore[attr-defined]
+                error.best = _best_of(stages, "taps")  # type: ignore[attr-defined]
             raise
         last = stages[-1]
         left -= last.nfev if left < UNLIMITED else 0
@@ -493,7 +551,7 @@ def _either_lateral(
 
         gains = partial(_first_gains, scenarios, search, "taps", settings, callback, limits)
         if not add(gains):
-            return _best_of(stages)
+            return _best_of(stages, "taps")
         if stages[0].status != OUT_OF_TIME:
             rest = left
         start = stages[0].controller
@@ -506,7 +564,7 @@ def _either_lateral(
         stage = partial(
             tune,
             scenarios,
-            structure={**chosen, "lateral": lateral, "parameters": "taps"},
+            structure=_for_taps(chosen, lateral),
             start=start,
             rng=settings.seed,
             maxfev=None if settings.maxfev == UNLIMITED else share,
@@ -518,7 +576,7 @@ def _either_lateral(
         )
         if not add(stage):
             break
-    return _best_of(stages)
+    return _best_of(stages, "taps")
 
 
 def _stage_path(settings: Settings, suffix: str) -> str | None:
@@ -550,7 +608,7 @@ def _cost(stage: TuneResult) -> float:
     return float(stage["fun"])
 
 
-def _best_of(stages: list[TuneResult]) -> TuneResult:
+def _best_of(stages: list[TuneResult], structure: Any) -> TuneResult:
     """Join stages of one search: the best one's answer, the history of all."""
     best: TuneResult = min(stages, key=_cost)
     result = TuneResult(best)
@@ -560,7 +618,7 @@ def _best_of(stages: list[TuneResult]) -> TuneResult:
     history["best"] = np.minimum.accumulate(history["best"])
     last = stages[-1]
     result.update(
-        structure="taps",
+        structure=structure,
         nfev=int(spent[-1]),
         nit=len(history),
         history=history,

@@ -5,28 +5,22 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from math import isfinite
 from typing import Any
 
 import nfopidn
+from nfopidn._checks import check_encoding
 from nfopidn._compare.command import add_compare
-from nfopidn._files import check_outputs, check_picture, load_controller, save_picture
+from nfopidn._files import check_outputs, check_picture, kept, load_controller, save_picture
 from nfopidn._interrupt import EXIT_INTERRUPTED
+from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
 from nfopidn._search import FIRST_STAGE, LATERAL_STAGES
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
 EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
-
-
-def _check_encoding(word: str) -> None:
-    try:
-        word.encode()
-    except UnicodeEncodeError:
-        raise ValueError(f"{word!r} is not UTF-8") from None
 
 
 def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
@@ -55,14 +49,6 @@ def _options(words: Sequence[str]) -> dict[str, float]:
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
 
 
-@contextmanager
-def _kept(faults: list[OSError | ValueError]) -> Iterator[None]:
-    try:
-        yield
-    except (OSError, ValueError) as error:  # the core raises the latter
-        faults.append(error)
-
-
 def _tune(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = load_controller(arguments.start) if arguments.start else None
@@ -80,32 +66,39 @@ def _tune(arguments: argparse.Namespace) -> int:
         outputs,
         inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
     )
-    result = nfopidn.tune(
-        scenarios or None,
-        structure=arguments.structure,
-        bounds=_pairs(arguments.bound, "bound", 2) or None,
-        method=arguments.method,
-        options=_options(arguments.option),
-        rng=arguments.seed,
-        maxfev=arguments.maxfev,
-        maxtime=arguments.maxtime,
-        stopval=arguments.stopval,
-        workers=arguments.workers,
-        checkpoint=arguments.checkpoint,
-        progress=not arguments.quiet and sys.stderr.isatty(),
-        frozen=_pairs(arguments.freeze, "freeze", 1),
-        tied=_pairs(arguments.tie, "tie", 0),
-        start=start,
-        risk=arguments.risk,
-    )
-    faults: list[OSError | ValueError] = []  # of one file; the others are written all the same
-    with _kept(faults):
+    faults: list[OSError | ValueError] = []
+    try:
+        result = nfopidn.tune(
+            scenarios or None,
+            structure=arguments.structure,
+            bounds=_pairs(arguments.bound, "bound", 2) or None,
+            method=arguments.method,
+            options=_options(arguments.option),
+            rng=arguments.seed,
+            maxfev=arguments.maxfev,
+            maxtime=arguments.maxtime,
+            stopval=arguments.stopval,
+            workers=arguments.workers,
+            checkpoint=arguments.checkpoint,
+            progress=shows_progress(arguments.quiet),
+            frozen=_pairs(arguments.freeze, "freeze", 1),
+            tied=_pairs(arguments.tie, "tie", 0),
+            start=start,
+            risk=arguments.risk,
+        )
+    except ValueError as error:  # the checkpoint cannot be written any more
+        best = getattr(error, "best", None)
+        if not isinstance(best, nfopidn.TuneResult):
+            raise
+        result = best
+        faults.append(error)
+    with kept(faults):
         result.controller.save(arguments.output)
     if arguments.result:
-        with _kept(faults):
+        with kept(faults):
             result.to_json(arguments.result)
     if arguments.plot:
-        with _kept(faults):
+        with kept(faults):
             save_picture(result.plot().figure, arguments.plot)
     if not arguments.quiet:
         print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
@@ -238,7 +231,7 @@ def main(words: Sequence[str] | None = None) -> int:
     add_study(commands)
     try:
         for word in sys.argv[1:] if words is None else words:
-            _check_encoding(word)
+            check_encoding("", word)
         arguments = parser.parse_args(words)
         code = int(arguments.run(arguments))
         sys.stdout.flush()

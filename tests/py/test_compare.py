@@ -415,6 +415,28 @@ def test_a_missing_extra_is_named(monkeypatch):
         rank(["a", "b"], np.arange(20.0).reshape(2, 10))
 
 
+def test_what_can_be_written_is_written(tmp_path, monkeypatch, capsys):
+    Rival("samson").save(tmp_path / "samson.json")
+    words = ["--controllers", "samson.json", "--scenarios", "published", "--csv", "/dev/full"]
+    code, out, err = command(
+        tmp_path, monkeypatch, capsys, *words, "--markdown", "t.md", "--plot", "p.png"
+    )
+    assert (code, err.count("\n")) == (2, 1)
+    assert "No space left" in err
+    assert "samson" in out
+    assert "samson" in (tmp_path / "t.md").read_text()
+    assert (tmp_path / "p.png").stat().st_size > 1000
+
+
+def test_an_optimum_without_casadi_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    words = ["--maxfev", str(10**9), "--optimum", "--csv", "t.csv"]
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words)
+    assert (code, out) == (2, "")
+    assert "nfopidn[optimum]" in err
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_command_refuses_to_write_over_what_it_reads(tmp_path, monkeypatch, capsys):
     Rival("lqr").save(tmp_path / "own.json")
     text = (tmp_path / "own.json").read_text()

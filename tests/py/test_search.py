@@ -14,6 +14,7 @@ import nfopidn
 import numpy as np
 import pytest
 from nfopidn import Forager, OptimizeResult, _core, bfoa
+from nfopidn._search import MESSAGES
 from numpy.testing import assert_array_equal
 from refusal import refused
 from results import same
@@ -655,17 +656,55 @@ def test_a_forager_may_be_told_infinity():
 @pytest.mark.parametrize("asked", [0, 1, 4])
 def test_a_forager_may_be_closed_early(asked):
     forager = Forager(BOX, rng=1, maxfev=400)
+    told = 0
     for _ in range(asked):
-        forager.tell(bowls(forager.ask()))
+        points = forager.ask()
+        told += len(points)
+        forager.tell(bowls(points))
     forager.close()
     forager.close()
     assert forager.ask() is None
-    assert not forager.result.success
-    assert forager.result.nfev < 400
+    assert forager.result.nfev == told
+    assert forager.result.success == (asked > 0)
+    assert forager.result.status == list(MESSAGES).index("callback")
     if asked:
         assert forager.result.fun == bowl(forager.result.x)
     with refused("tell() comes after ask()"):
         forager.tell([1.0])
+
+
+def test_what_a_foragers_callback_raises_comes_from_ask_once():
+    forager = Forager(BOX, rng=1, maxfev=400, callback=lambda _: 1 / 0)
+
+    def go_on():
+        while True:
+            forager.tell(bowls(forager.ask()))
+
+    with pytest.raises(ZeroDivisionError):
+        go_on()
+    assert forager.ask() is None
+    assert forager.result.fun == bowl(forager.result.x)
+
+
+def test_costs_of_another_type_are_refused():
+    forager = Forager([(0, 1)], rng=1, maxfev=40)
+    points = forager.ask()
+    for costs in ([object()] * len(points), 10**400, "abc", [1j] * len(points)):
+        with refused("costs must be real numbers"):
+            forager.tell(costs)
+    assert forager.ask() is points
+    forager.close()
+
+
+def test_a_search_has_the_seed_of_its_own_checkpoint(tmp_path):
+    """Not that of another one, whose name is longer by what the stages of tune() append."""
+    for seed, suffix in ((5, ""), (9, ".speed"), (7, ".gains")):
+        bfoa(bowl, BOX, rng=seed, maxfev=300, checkpoint=str(tmp_path / f"run{suffix}"))
+    assert bfoa(bowl, BOX, maxfev=300, checkpoint=str(tmp_path / "run")).seed == 5
+    (tmp_path / "run").unlink()
+    seeds = {bfoa(bowl, BOX, maxfev=30, checkpoint=str(tmp_path / f"run{i}")).seed for i in "ab"}
+    assert not seeds & {5, 7, 9}
+    assert bfoa(bowl, BOX, maxfev=30, checkpoint=str(tmp_path / "run")).seed not in (5, 7, 9)
 
 
 def test_a_forager_may_be_closed_with_points_asked():
@@ -806,6 +845,8 @@ def test_a_forager_may_be_closed_by_its_callback():
     [
         {"rng": -1},
         {"options": {"foo": 1}},
+        {"options": {"\udcff": 1}},
+        {"checkpoint": "\udcff"},
         {"method": "bfoa", "options": {"cells": 7}},
         {"checkpoint": "/none/x"},
         {"checkpoint": "/"},

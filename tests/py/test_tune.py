@@ -9,6 +9,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -857,7 +858,71 @@ def test_more_time_goes_on_with_free_taps(structure, tmp_path):
     then = tune(**arguments, maxfev=60_000, maxtime=first.elapsed + 0.5)
     assert then.nfev > first.nfev
     assert then.fun <= first.fun
-    assert_array_equal(then.history[: len(first.history) // 2]["l"], 0)
+    # The same course, up to the step in which the time of a stage was up that now has more.
+    rows = min(len(first.history), len(then.history))
+    differs = first.history[:rows] != then.history[:rows]
+    common = int(np.argmax(differs)) if differs.any() else rows
+    assert common >= (len(first.history) // 2 if structure == "taps" else len(first.history) - 1)
+
+
+@pytest.mark.parametrize("method", ["bfoa", "bfoa+"])
+def test_free_taps_are_never_worse_than_the_gains_they_start_from(method):
+    for seed in range(3):
+        arguments = {"rng": seed, "maxfev": 100, "method": method}
+        found = tune(structure={"parameters": "taps"}, **arguments)
+        assert found.fun == found.history["best"].min() == found.history["best"][-1]
+        assert found.structure == {"parameters": "taps"}
+        assert Objective(structure=found.structure)(found.x) == found.fun
+        assert (found.history["best"][1:] <= found.history["best"][:-1]).all()
+        assert found.nfev == 100
+
+
+@pytest.mark.parametrize(
+    ("structure", "suffix"),
+    [
+        *[("taps", suffix) for suffix in ("", ".speed", ".gains")],
+        *[({"parameters": "taps"}, suffix) for suffix in ("", ".gains")],
+    ],
+)
+def test_a_stage_s_checkpoint_of_another_search_is_refused_at_once(structure, suffix, tmp_path):
+    path = tmp_path / "search"
+    tune(rng=5, maxfev=20, checkpoint=f"{path}{suffix}")
+    arguments = {"structure": structure, "rng": 5, "checkpoint": path}
+    with refused(f"search{suffix}: is the checkpoint of another search"):
+        tune(**arguments, maxfev=10**12)
+    (tmp_path / f"search{suffix}").write_text("no checkpoint")
+    with refused(f"search{suffix}: is no checkpoint"):
+        tune(**arguments, maxfev=10**12)
+    assert len(list(tmp_path.iterdir())) == 1
+    (tmp_path / f"search{suffix}").unlink()
+    whole = tune(**arguments, maxfev=400)
+    same(tune(**arguments, maxfev=400), whole)
+    with refused("is the checkpoint of another search"):
+        tune(**arguments | {"rng": 6}, maxfev=400)
+
+
+class OwnObjective(Objective):
+    pass
+
+
+def test_a_copied_objective_is_what_it_was_when_it_was_made():
+    frozen, tied, paths = {"kp_x": 1.0}, {"kp_y": "kp_theta"}, [Scenario.published(rng=0)]
+    bounds = np.array([[0.0, 3.0]] * 7 + [[0.0, 1.0]] * 2)
+    structure = {"memory": 3}
+    objective = OwnObjective(paths, structure=structure, bounds=bounds, frozen=frozen, tied=tied)
+    x = objective.bounds.mean(axis=1) / 10
+    cost, box = objective(x), objective.bounds.copy()
+    frozen["ki_x"] = 1.0
+    tied.clear()
+    structure["memory"] = 5
+    paths.append(Scenario.published(rng=0, delay=1))
+    bounds[:7, 1] = 2
+    for again in (copy.copy(objective), pickle.loads(pickle.dumps(objective))):
+        assert type(again) is OwnObjective
+        assert again(x) == cost
+        assert_array_equal(again.bounds, box)
+    mapped = Objective(frozen=MappingProxyType({"kp_x": 1.0}))
+    assert pickle.loads(pickle.dumps(mapped)).parameters == mapped.parameters
 
 
 def test_unlimited_is_no_number_of_evaluations():
@@ -898,6 +963,9 @@ def test_an_objective_refuses_points_that_are_none(points, words):
         ({"parameters": 5}, "parameters is 5"),
         ({"law": None}, "law is None"),
         ({1: 1}, "1 is no name"),
+        ("\udcff", "is not UTF-8"),
+        ({"\udcff": 1}, "is not UTF-8"),
+        ({"parameters": "\udcff"}, "is not UTF-8"),
         (np.array(["paper", "x"]), "must be a name"),
     ],
 )

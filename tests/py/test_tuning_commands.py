@@ -10,6 +10,7 @@ import sys
 import nfopidn
 import pytest
 from nfopidn import Controller, Scenario, TuneResult, cli, default_bounds, simulate, tune
+from nfopidn._progress import shows_progress
 
 SHORT = ("--maxfev", "300", "--seed", "1")
 
@@ -186,6 +187,39 @@ def test_a_progress_bar_is_for_terminals_only(command, tmp_path):
     assert "tune" in shown
     assert "evaluations, cost" in shown
     assert "evaluations, cost" not in run.stdout
+
+
+def test_a_terminal_without_rich_has_no_bar(monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    assert shows_progress(quiet=False)
+    assert not shows_progress(quiet=True)
+    monkeypatch.setitem(sys.modules, "rich", None)
+    assert not shows_progress(quiet=False)
+
+
+def test_a_checkpoint_that_cannot_be_saved_loses_nothing(cli_tune, tmp_path, monkeypatch):
+    """Found out after the search, as on a disk that has filled up meanwhile."""
+
+    def with_full_disk(*scenarios, **arguments):
+        arguments["callback"] = lambda _: (tmp_path / "ck").mkdir(exist_ok=True)
+        return tune(*scenarios, **arguments)
+
+    monkeypatch.setattr(nfopidn, "tune", with_full_disk)
+    code, out, err = cli_tune(*SHORT, "--checkpoint", "ck")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "ck: cannot be written" in err
+    assert "kp_x" in out
+    assert Controller.load(tmp_path / "controller.json") == tune(rng=1, maxfev=300).controller
+
+
+@pytest.mark.parametrize("option", ["--output", "--result", "--plot", "--checkpoint"])
+def test_names_that_cannot_be_written_show_before_the_search(option, cli_tune, tmp_path):
+    for name, reason in (("a" * 250 + ".png", "too long"), ("none/a.png", "No such file")):
+        code, _, err = cli_tune(option, name, "--maxfev", str(10**12))
+        assert (code, err.count("\n")) == (2, 1)
+        assert f"{option} {name}: cannot be written: " in err
+        assert reason in err
+    assert not os.listdir(tmp_path)
 
 
 def test_help_names_every_option_of_tune(cli_tune):

@@ -16,8 +16,16 @@ from nfopidn._compare.contenders import (
 )
 from nfopidn._compare.suite import CONDITIONS, path_names, scenario_suite
 from nfopidn._core import Scenario
-from nfopidn._files import check_outputs, check_picture, load_controller, replace_file, save_picture
+from nfopidn._files import (
+    check_outputs,
+    check_picture,
+    kept,
+    load_controller,
+    replace_file,
+    save_picture,
+)
 from nfopidn._interrupt import EXIT_INTERRUPTED
+from nfopidn._progress import shows_progress
 
 DESCRIPTION = """Tunes controllers alike, by the same search with the same budget and seeds, runs
 them on the same scenarios, and prints their costs (eq. 41) and who is ahead."""
@@ -51,13 +59,9 @@ def _controllers(
         seeds=arguments.seeds,
         maxfev=arguments.maxfev,
         workers=arguments.workers,
-        progress=_shows_progress(arguments),
+        progress=shows_progress(arguments.quiet),
     )
     return {**loaded, **tuned}, len(tuned) == len(names)
-
-
-def _shows_progress(arguments: argparse.Namespace) -> bool:
-    return not arguments.quiet and sys.stderr.isatty()
 
 
 def _result(
@@ -68,7 +72,7 @@ def _result(
         controllers, complete = _controllers(arguments, _scenarios([tuned_on])[tuned_on])
         if not controllers:
             return None, complete
-        shown = _shows_progress(arguments)
+        shown = shows_progress(arguments.quiet)
         return compare(controllers, scenarios, workers=arguments.workers, progress=shown), complete
     parts: list[Comparison] = []
     for name, scenario in scenarios.items():
@@ -87,7 +91,7 @@ def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | Non
     optima: dict[str, float | None] = dict.fromkeys(scenarios)
     for name, scenario in scenarios.items():
         try:
-            found = open_loop_optimum(scenario, progress=tell and sys.stderr.isatty())
+            found = open_loop_optimum(scenario, progress=shows_progress(not tell))
             optima[name], message = found.cost, found.message
         except ValueError as error:
             message = str(error)
@@ -105,6 +109,10 @@ def _compare(arguments: argparse.Namespace) -> int:
         {"--csv": arguments.csv, "--markdown": arguments.markdown, "--plot": arguments.plot},
         inputs=[*arguments.controllers, *arguments.scenarios, tuned_on],
     )
+    if arguments.optimum:
+        from nfopidn.study._transcription import casadi
+
+        casadi()
     scenarios = _scenarios(arguments.scenarios)
     result, complete = _result(arguments, scenarios, tuned_on)
     if not complete:
@@ -115,12 +123,16 @@ def _compare(arguments: argparse.Namespace) -> int:
         result = result.with_optima(_optima(scenarios, not arguments.quiet))
     texts = [result.to_markdown(metric) for metric in arguments.metric]
     texts += [result.details(name) for name in result.scenarios if arguments.details]
+    faults: list[OSError | ValueError] = []
     if arguments.csv:
-        result.to_csv(arguments.csv)
+        with kept(faults):
+            result.to_csv(arguments.csv)
     if arguments.markdown:
-        replace_file(arguments.markdown, "\n".join(texts))
+        with kept(faults):
+            replace_file(arguments.markdown, "\n".join(texts))
     if arguments.plot:
-        save_picture(result.plot(arguments.metric[0]).figure, arguments.plot)
+        with kept(faults):
+            save_picture(result.plot(arguments.metric[0]).figure, arguments.plot)
     if not arguments.quiet:
         for metric in arguments.metric:
             result.print(metric)
@@ -128,6 +140,8 @@ def _compare(arguments: argparse.Namespace) -> int:
             ranking = result.ranking(name)
             verdict = f"winner {ranking.winner}" if ranking.winner else ranking.reason
             print(f"{name}: {verdict}" if not arguments.details else f"\n{result.details(name)}")
+    if faults:
+        raise faults[0]
     return 0 if complete else EXIT_INTERRUPTED
 
 

@@ -7,15 +7,16 @@ import sys
 from typing import Any
 
 from nfopidn._interrupt import EXIT_INTERRUPTED
+from nfopidn._progress import shows_progress
 
 
 def _study(arguments: argparse.Namespace) -> int:
     from nfopidn.study._cases import InterruptedSearchError
     from nfopidn.study._reproduction import reproduce
 
-    wanted = not arguments.quiet and sys.stderr.isatty()
+    shown = shows_progress(arguments.quiet)
     try:
-        files = reproduce(arguments.output, seeds=arguments.seeds, progress=wanted)
+        files = reproduce(arguments.output, seeds=arguments.seeds, progress=shown)
     except (KeyboardInterrupt, InterruptedSearchError):
         print("nfopidn: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
