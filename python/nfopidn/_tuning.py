@@ -95,6 +95,8 @@ class TuneResult(OptimizeResult):
             fields["nfev"] = int(_number_in(fields, "nfev"))
             for key in ("x", "population", "population_energies"):
                 fields[key] = np.array(fields[key], dtype=float)
+            if len(fields["x"]) != len(fields["parameters"]):
+                raise ValueError("x must have a number for each of the parameters")
             shape = (len(fields["population_energies"]), len(fields["x"]))
             fields["population"] = fields["population"].reshape(shape)
             history = [tuple(row) for row in fields["history"]]

@@ -2,6 +2,7 @@
 
 import gc
 import operator
+import os
 import subprocess
 import sys
 
@@ -117,6 +118,16 @@ def test_csv_reads_back_to_the_last_bit(controller, tmp_path):
     assert lines[0].split(",") == COLUMNS
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
     assert np.array_equal(rows, np.column_stack(list(result.columns.values())))
+
+
+def test_names_need_not_be_utf_8(tmp_path):
+    path = os.path.join(os.fsencode(tmp_path), b"\xff")
+    for name in (path, os.fsdecode(path)):
+        Controller.published(memory=3).save(name)
+        assert Controller.load(name).memory == 3
+        nfopidn.simulate().to_csv(name)
+        with pytest.raises(ValueError, match=r"\\xff: not valid JSON"):
+            Controller.load(name)
 
 
 def test_an_open_log_is_written_on(tmp_path):

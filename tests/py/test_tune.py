@@ -1008,6 +1008,15 @@ def test_a_result_without_a_field_is_refused(field, tmp_path):
         TuneResult.from_json(tmp_path / "result.json")
 
 
+def test_a_result_of_another_length_is_refused(tmp_path):
+    short().to_json(tmp_path / "result.json")
+    document = json.loads((tmp_path / "result.json").read_text())
+    document["parameters"].pop()
+    (tmp_path / "result.json").write_text(json.dumps(document))
+    with refused("result.json", "x must have a number for each"):
+        TuneResult.from_json(tmp_path / "result.json")
+
+
 def test_a_rivals_robot_comes_back(tmp_path):
     result = short(structure={"law": "lqr", "robot": Robot(mass=12)})
     result.to_json(tmp_path / "result.json")

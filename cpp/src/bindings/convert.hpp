@@ -57,7 +57,7 @@ inline Json to_json(const py::handle& object, int depth = 0) {
 // The name of a file from whatever os.fspath() takes.
 inline std::string file_name(const py::object& path) {
   const py::module_ os = py::module_::import("os");
-  auto name = os.attr("fsdecode")(os.attr("fspath")(path)).cast<std::string>();
+  auto name = os.attr("fsencode")(path).cast<std::string>();
   if (name.find('\0') != std::string::npos) {
     throw py::value_error("the path holds a null byte");
   }
