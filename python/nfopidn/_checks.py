@@ -47,7 +47,8 @@ def real_numbers(name: str, given: Any) -> NDArray[np.float64]:
         Texts, objects, complex numbers, or a whole number beyond every double.
     """
     try:
-        if not np.iscomplexobj(given):
+        kind = np.asarray(given).dtype.kind
+        if kind in "biuf" or (kind == "O" and all(map(is_number, np.ravel(given)))):
             return np.array(given, dtype=float)
     except (TypeError, ValueError, OverflowError):
         pass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
 import shutil
@@ -47,18 +48,31 @@ def check_picture(path: str | None) -> None:
         raise ValueError(f"--plot {path}: must end in one of {', '.join(sorted(known))}")
 
 
+def _resolved(path: Path) -> Path:
+    """Give the file that a link points to, which is replaced in place of the link."""
+    try:
+        return path.resolve()
+    except RuntimeError:  # before Python 3.13
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), os.fspath(path)) from None
+
+
 def _draft_name(target: Path) -> Path:
     return target.with_name(f"{target.name}.part{os.getpid()}")
 
 
 def _try_to_write(path: Path) -> None:
     """Raise OSError for a name that draft_of() could not write."""
+    descriptor = _core.descriptor_of(os.fsencode(path))
+    if descriptor >= 0:
+        if fcntl.fcntl(descriptor, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+        return
     if path.is_dir():
         raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
     if path.exists() and not os.access(path, os.W_OK):
         raise OSError(errno.EACCES, os.strerror(errno.EACCES))
     if path.is_file() or not path.exists():
-        draft = _draft_name(path.resolve())
+        draft = _draft_name(_resolved(path))
         draft.touch()
         draft.unlink()
 
@@ -71,8 +85,7 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ())
             continue
         path = Path(name)
         try:
-            if _core.descriptor_of(os.fsencode(name)) < 0:
-                _try_to_write(path)
+            _try_to_write(path)
         except OSError as error:
             raise ValueError(f"{option} {name}: cannot be written: {error.strerror}") from None
         if path.resolve() in taken:
@@ -93,7 +106,7 @@ def draft_of(path: str | PathLike[str]) -> Iterator[Path]:
     if target.exists() and not target.is_file():  # a pipe: written directly
         yield target
         return
-    target = target.resolve()  # the file a link points to is replaced, and not the link
+    target = _resolved(target)
     draft = _draft_name(target)
     try:
         yield draft

@@ -84,6 +84,8 @@ class Forager:
                 # As when the callback closes it; the point that was not answered does not count.
                 self.result = closed.best
                 nfev = self.result["nfev"] - 1
+                history = self.result["history"]
+                history["nfev"] = np.minimum(history["nfev"], nfev)
                 self.result.update(nfev=nfev, success=nfev > 0, status=_CALLBACK, message=_CLOSED)
             except BaseException as error:
                 self.result = getattr(error, "best", None)

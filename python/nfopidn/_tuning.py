@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -30,6 +31,7 @@ from nfopidn._search import (
     HISTORY,
     LATERAL_STAGES,
     MESSAGES,
+    METHODS,
     MOST_WORKERS,
     UNLIMITED,
     Array,
@@ -95,8 +97,7 @@ class TuneResult(OptimizeResult):
             fields["nfev"] = int(_number_in(fields, "nfev"))
             for key in ("x", "population", "population_energies"):
                 fields[key] = np.array(fields[key], dtype=float)
-            if len(fields["x"]) != len(fields["parameters"]):
-                raise ValueError("x must have a number for each of the parameters")
+            check_names(fields["parameters"], fields["x"])
             shape = (len(fields["population_energies"]), len(fields["x"]))
             fields["population"] = fields["population"].reshape(shape)
             history = [tuple(row) for row in fields["history"]]
@@ -116,6 +117,14 @@ class TuneResult(OptimizeResult):
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
+
+
+def check_names(names: Any, x: Array) -> None:
+    """Refuse parameters that are no names, or more or fewer than there are numbers."""
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError("parameters must be a list of names")
+    if np.shape(x) != (len(names),):
+        raise ValueError(f"x must have {len(names)} numbers, one for each parameter")
 
 
 def _number_in(fields: Mapping[str, Any], key: str) -> float:
@@ -192,8 +201,9 @@ class Objective:
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Tell pickle and copy to make it anew."""
-        return _made_anew, (type(self), self._arguments)
+        """Tell pickle and copy to make it anew; what a class of the user's adds goes along."""
+        added = {key: value for key, value in vars(self).items() if key not in _OWN}
+        return _made_anew, (type(self), self._arguments), added
 
     def __call__(self, x: ArrayLike) -> float:
         """Give the cost (eq. 41) of a point (p,)."""
@@ -234,8 +244,14 @@ class Objective:
         return self._search.start(controller)
 
 
+#: What Objective() itself gives an objective.
+_OWN = ("_arguments", "_function", "_search", "bounds", "parameters")
+
+
 def _made_anew(kind: type[Objective], arguments: dict[str, Any]) -> Objective:
-    return kind(**arguments)
+    made = kind.__new__(kind)
+    Objective.__init__(made, **arguments)  # a class of the user's may take others
+    return made
 
 
 def _own(given: Any) -> Any:
@@ -355,7 +371,7 @@ def tune(
         first = before.x
         over = before.nfev >= settings.maxfev or before.elapsed >= settings.maxtime
         if before.status > OUT_OF_TIME or over:
-            return before
+            return _best_of([before], structure, settings)
     problem = _problem(scenarios, search, risk)
     problem["start"] = None if first is None else first.tolist()
     request = settings.request(search.low, search.high, problem)
@@ -385,9 +401,9 @@ def tune(
     try:
         finish(result, reply, raised)
     except BaseException as error:
-        error.best = _best_of([before, result], structure)  # type: ignore[attr-defined]
+        error.best = _best_of([before, result], structure, settings)  # type: ignore[attr-defined]
         raise
-    return _best_of([before, result], structure)
+    return _best_of([before, result], structure, settings)
 
 
 def _problem(scenarios: list[Scenario], search: Search, risk: float) -> dict[str, Any]:
@@ -427,6 +443,11 @@ def _stages(
     return stages
 
 
+def _of_first_stage(settings: Settings) -> Settings:
+    """Give the settings of the search for gains: of the default method, whatever follows."""
+    return replace(settings, method=METHODS[0], options={})
+
+
 def _check_checkpoints(
     settings: Settings, scenarios: list[Scenario], risk: float, stages: Mapping[str, Search]
 ) -> None:
@@ -442,7 +463,8 @@ def _check_checkpoints(
             continue
         found = problem_in(path)
         problem = _problem(scenarios, search, risk)
-        known = json.loads(settings.request(search.low, search.high, problem)["problem"])
+        own = _of_first_stage(settings) if suffix == FIRST_STAGE else settings
+        known = json.loads(own.request(search.low, search.high, problem)["problem"])
         del known["maxfev"]
         if found is None or any(key not in found or found[key] != known[key] for key in known):
             which = "no checkpoint" if found is None else "the checkpoint of another search"
@@ -501,6 +523,8 @@ def _first_gains(
         found = tune(
             scenarios,
             structure=_for_gains(chosen),
+            method=_of_first_stage(settings).method,
+            options=_of_first_stage(settings).options,
             rng=settings.seed,
             maxfev=_gains_share(settings),
             maxtime=maxtime,
@@ -541,7 +565,7 @@ def _either_lateral(
         except BaseException as error:
             if isinstance(getattr(error, "best", None), TuneResult):
                 stages.append(error.best)  # type: ignore[attr-defined]
-                error.best = _best_of(stages, "taps")  # type: ignore[attr-defined]
+                error.best = _best_of(stages, "taps", settings)  # type: ignore[attr-defined]
             raise
         last = stages[-1]
         left -= last.nfev if left < UNLIMITED else 0
@@ -553,7 +577,7 @@ def _either_lateral(
 
         gains = partial(_first_gains, scenarios, search, "taps", settings, callback, limits)
         if not add(gains):
-            return _best_of(stages, "taps")
+            return _best_of(stages, "taps", settings)
         if stages[0].status != OUT_OF_TIME:
             rest = left
         start = stages[0].controller
@@ -578,7 +602,7 @@ def _either_lateral(
         )
         if not add(stage):
             break
-    return _best_of(stages, "taps")
+    return _best_of(stages, "taps", settings)
 
 
 def _stage_path(settings: Settings, suffix: str) -> str | None:
@@ -610,9 +634,9 @@ def _cost(stage: TuneResult) -> float:
     return float(stage["fun"])
 
 
-def _best_of(stages: list[TuneResult], structure: Any) -> TuneResult:
+def _best_of(stages: list[TuneResult], structure: Any, settings: Settings) -> TuneResult:
     """Join stages of one search: the best one's answer, the history of all."""
-    best: TuneResult = min(stages, key=_cost)
+    best: TuneResult = min(reversed(stages), key=_cost)
     result = TuneResult(best)
     spent = np.cumsum([0] + [stage.nfev for stage in stages])
     history = np.concatenate([stage.history for stage in stages])
@@ -621,6 +645,8 @@ def _best_of(stages: list[TuneResult], structure: Any) -> TuneResult:
     last = stages[-1]
     result.update(
         structure=structure,
+        method=settings.method,
+        options=settings.options,
         nfev=int(spent[-1]),
         nit=len(history),
         history=history,

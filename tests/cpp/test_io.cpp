@@ -80,6 +80,7 @@ TEST_F(Files, AnOpenOneIsWrittenOn) {
   EXPECT_EQ(descriptor_of(path.string()), -1);
   EXPECT_EQ(descriptor_of((folder / "none" / "file").string()), -1);
   EXPECT_EQ(descriptor_of(""), -1);
+  EXPECT_EQ(descriptor_of("/dev/fd/three"), -1);
 }
 
 TEST_F(Files, ALinkStaysALink) {

@@ -310,6 +310,23 @@ TEST(Search, IsInterruptedWithinAGradient) {
   EXPECT_EQ(search.result.x.size(), 5);
 }
 
+// A block's answers before the interruption count.
+TEST(Search, IsInterruptedBetweenThePiecesOfABlock) {
+  class OneByOne : public Bowl {
+   public:
+    Eigen::Index most_at_once() const override { return 1; }
+  };
+  for (const Eigen::Index last : {1, 2, 7, 23}) {
+    OneByOne bowl;
+    Search search(bowl, unit_box(5), evaluations(500), 11);
+    search.set_interruption([&] { return bowl.asked >= last; });
+    BfoaPlus(search, {}, 500).run();
+    EXPECT_EQ(bowl.asked, last);
+    EXPECT_EQ(search.result.evaluations, last);
+    EXPECT_EQ(search.result.reason, StopReason::callback);
+  }
+}
+
 TEST(Search, NeedsNoRecord) {
   Waves first(true), second(true);
   Search kept(first, unit_box(5), evaluations(3000), 11);

@@ -689,7 +689,7 @@ def test_what_a_foragers_callback_raises_comes_from_ask_once():
 def test_costs_of_another_type_are_refused():
     forager = Forager([(0, 1)], rng=1, maxfev=40)
     points = forager.ask()
-    for costs in ([object()] * len(points), 10**400, "abc", [1j] * len(points)):
+    for costs in ([object()] * len(points), 10**400, "abc", ["1"] * len(points), [1j], None):
         with refused("costs must be real numbers"):
             forager.tell(costs)
     assert forager.ask() is points
@@ -709,10 +709,13 @@ def test_a_search_has_the_seed_of_its_own_checkpoint(tmp_path):
 
 def test_a_forager_may_be_closed_with_points_asked():
     forager = Forager(BOX, rng=1, maxfev=400)
+    told = len(forager.ask())
     forager.tell(bowls(forager.ask()))
     forager.ask()
     forager.close()
     assert forager.result.fun == bowl(forager.result.x)
+    assert forager.result.nfev == told
+    assert (forager.result.history["nfev"] <= told).all()
 
 
 def test_a_forager_has_the_arguments_of_bfoa():

@@ -884,10 +884,13 @@ def test_free_taps_are_never_worse_than_the_gains_they_start_from(method):
         *[({"parameters": "taps"}, suffix) for suffix in ("", ".gains")],
     ],
 )
-def test_a_stage_s_checkpoint_of_another_search_is_refused_at_once(structure, suffix, tmp_path):
+@pytest.mark.parametrize("words", [{}, {"method": "bfoa"}, {"options": {"cells": 8}}])
+def test_a_stage_s_checkpoint_of_another_search_is_refused_at_once(
+    structure, suffix, words, tmp_path
+):
     path = tmp_path / "search"
     tune(rng=5, maxfev=20, checkpoint=f"{path}{suffix}")
-    arguments = {"structure": structure, "rng": 5, "checkpoint": path}
+    arguments = {"structure": structure, "rng": 5, "checkpoint": path, **words}
     with refused(f"search{suffix}: is the checkpoint of another search"):
         tune(**arguments, maxfev=10**12)
     (tmp_path / f"search{suffix}").write_text("no checkpoint")
@@ -897,6 +900,8 @@ def test_a_stage_s_checkpoint_of_another_search_is_refused_at_once(structure, su
     (tmp_path / f"search{suffix}").unlink()
     whole = tune(**arguments, maxfev=400)
     same(tune(**arguments, maxfev=400), whole)
+    assert whole.method == words.get("method", "bfoa+")
+    assert whole.options == words.get("options", {})
     with refused("is the checkpoint of another search"):
         tune(**arguments | {"rng": 6}, maxfev=400)
 
@@ -905,7 +910,17 @@ class OwnObjective(Objective):
     pass
 
 
+class NotedObjective(Objective):
+    def __init__(self, note):
+        super().__init__(structure={"memory": 2})
+        self.note = note
+
+
 def test_a_copied_objective_is_what_it_was_when_it_was_made():
+    class_with_a_note = NotedObjective("short")
+    for again in (copy.copy(class_with_a_note), pickle.loads(pickle.dumps(class_with_a_note))):
+        assert (type(again), again.note) == (NotedObjective, "short")
+        assert again.parameters == class_with_a_note.parameters
     frozen, tied, paths = {"kp_x": 1.0}, {"kp_y": "kp_theta"}, [Scenario.published(rng=0)]
     bounds = np.array([[0.0, 3.0]] * 7 + [[0.0, 1.0]] * 2)
     structure = {"memory": 3}
@@ -950,7 +965,10 @@ def test_an_objective_is_pickled(protocol):
 
 @pytest.mark.parametrize(
     ("points", "words"),
-    [([np.full(11, np.nan)], "finite"), ("abc", "real numbers"), ([np.full(11, 1j)], "real")],
+    [
+        ([np.full(11, np.nan)], "finite"),
+        *[(bad, "real numbers") for bad in ("abc", ["1"] * 11, None, [np.full(11, 1j)])],
+    ],
 )
 def test_an_objective_refuses_points_that_are_none(points, words):
     with refused("points", words):
@@ -1013,7 +1031,7 @@ def test_a_result_of_another_length_is_refused(tmp_path):
     document = json.loads((tmp_path / "result.json").read_text())
     document["parameters"].pop()
     (tmp_path / "result.json").write_text(json.dumps(document))
-    with refused("result.json", "x must have a number for each"):
+    with refused("result.json", "x must have 10 numbers"):
         TuneResult.from_json(tmp_path / "result.json")
 
 

@@ -214,12 +214,16 @@ def test_a_checkpoint_that_cannot_be_saved_loses_nothing(cli_tune, tmp_path, mon
 
 @pytest.mark.parametrize("option", ["--output", "--result", "--plot", "--checkpoint"])
 def test_names_that_cannot_be_written_show_before_the_search(option, cli_tune, tmp_path):
-    for name, reason in (("a" * 250 + ".png", "too long"), ("none/a.png", "No such file")):
+    (tmp_path / "loop.png").symlink_to("loop.png")
+    names = {"a" * 250 + ".png": "too long", "none/a.png": "No such file", "loop.png": "levels"}
+    if option != "--plot":
+        names |= {"/dev/fd/987": "Bad file", "/dev/fd/abc": "No such file"}
+    for name, reason in names.items():
         code, _, err = cli_tune(option, name, "--maxfev", str(10**12))
         assert (code, err.count("\n")) == (2, 1)
         assert f"{option} {name}: cannot be written: " in err
         assert reason in err
-    assert not os.listdir(tmp_path)
+    assert os.listdir(tmp_path) == ["loop.png"]
 
 
 def test_help_names_every_option_of_tune(cli_tune):

@@ -1,5 +1,5 @@
-// L3. What a search for a minimum has in common, whatever its strategy: the objective, the budget,
-// the best point so far, the history, and the record from which a search can be resumed.
+// L3. What a search for a minimum has in common, whatever its strategy: the budget, the best point
+// so far, the history, and the record from which a search can be resumed.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "nfopidn/box.hpp"
+#include "nfopidn/objective.hpp"
 #include "nfopidn/random.hpp"
 #include "nfopidn/ranking.hpp"
 #include "nfopidn/schema.hpp"
@@ -20,30 +20,6 @@ namespace nfopidn {
 // Raised whenever a seed comes to lead a search elsewhere: a checkpoint's answers are to the
 // questions of its own course.
 constexpr int search_course = 1;
-
-// What is minimised. Optimisers know nothing else of it.
-class Objective {
- public:
-  virtual ~Objective() = default;
-  virtual void costs(const Points& points, double* costs) = 0;
-  // The same for a caller to whom all costs over a bound of theirs are one.
-  virtual void bounded_costs(const Points& points, const double* /*bounds*/, double* costs) {
-    this->costs(points, costs);
-  }
-  // Whether there are gradients, and whether points evaluated in vain cost next to nothing.
-  virtual bool has_gradient() const { return false; }
-  virtual bool is_cheap() const { return false; }
-  // Points to be asked for at once, at most: what is asked for together is recorded together.
-  virtual Eigen::Index most_at_once() const { return std::numeric_limits<Eigen::Index>::max(); }
-  // Partial derivatives to be asked for at once, at most: between two askings a search may end.
-  virtual Eigen::Index partials_at_once() const { return std::numeric_limits<Eigen::Index>::max(); }
-  // The cost, and its partial derivatives by the coordinates first .. first + count - 1. All of
-  // them, a gradient, count as 1 + dimension evaluations.
-  virtual double partials(const Point& /*point*/, Eigen::Index /*first*/, Eigen::Index /*count*/,
-                          double* /*slopes*/) {
-    return 0;
-  }
-};
 
 // A row a chemotactic step.
 struct HistoryRow {
@@ -144,7 +120,7 @@ class Search {
         std::min<Eigen::Index>(unit.cols(), std::max<std::int64_t>(left(), 0));
     const Eigen::Index answered = ask(unit, costs, asked, true, bounds);
     for (Eigen::Index j = 0; j < unit.cols(); ++j) {
-      if (j == answered) stop(answered < asked ? StopReason::time : StopReason::evaluations);
+      if (j == answered) stop(answered < asked ? cut_short_ : StopReason::evaluations);
       if (j == answered || !count(unit.col(j), costs(j))) {
         costs.tail(unit.cols() - j).setConstant(std::numeric_limits<double>::infinity());
         break;
@@ -211,11 +187,18 @@ class Search {
   bool check_limits() {
     if (left() <= 0) stop(StopReason::evaluations);
     // Whatever the time, there is a first point to show for it.
-    if (!done_ && result.evaluations > 0) {
-      if (is_late()) stop(StopReason::time);
-      if (interrupted_ && interrupted_()) stop(StopReason::callback);
-    }
+    if (!done_ && result.evaluations > 0 && is_cut_short()) stop(cut_short_);
     return done_;
+  }
+
+  // Whether the time is up, or somebody asks for an end.
+  bool is_cut_short() {
+    if (is_late()) {
+      cut_short_ = StopReason::time;
+      return true;
+    }
+    cut_short_ = StopReason::callback;
+    return interrupted_ && interrupted_();
   }
 
   // Not before all is there again that an earlier process had.
@@ -231,7 +214,7 @@ class Search {
     if (check_limits()) return 0;
     const Eigen::Index most = std::min(objective_.most_at_once(), wanted);
     Eigen::Index first = 0;
-    for (; first < wanted && !(timed && first > 0 && is_late()); first += most) {
+    for (; first < wanted && !(timed && first > 0 && is_cut_short()); first += most) {
       const Eigen::Index size = std::min(most, wanted - first);
       answer(costs.data() + first, static_cast<std::size_t>(size), [&] {
         box_.to_user(unit.middleCols(first, size), asked_);
@@ -280,6 +263,7 @@ class Search {
   Callback callback_;
   std::function<bool()> interrupted_;
   std::function<void()> witness_;
+  StopReason cut_short_ = StopReason::time;
   std::size_t answers_ = 0;
   std::vector<double> record_;
   std::vector<double> replay_;

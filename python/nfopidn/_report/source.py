@@ -8,9 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from nfopidn._tuning import TuneResult
+from nfopidn._tuning import TuneResult, check_names
 
 #: Fields that a page shows, and what they must be; those of the second group may be missing.
 _NEEDED: Mapping[str, tuple[type, str]] = {
@@ -75,8 +73,7 @@ def _check(result: Mapping[str, Any], where: str) -> None:
     for key, (kind, words) in {**_NEEDED, **_OPTIONAL}.items():
         if key in result and not isinstance(result[key], kind):
             raise ValueError(f"{where}: {key} must be {words}")
-    names = result["parameters"]
-    if not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{where}: parameters must be a list of names")
-    if np.shape(result["x"]) != (len(names),):
-        raise ValueError(f"{where}: x must have {len(names)} numbers, one for each parameter")
+    try:
+        check_names(result["parameters"], result["x"])
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None

@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -48,9 +47,13 @@ inline int descriptor_of(const std::string& path) {
   fs::path name = fs::absolute(path, failed);
   for (int links = 0; links < 40 && !failed; ++links) {
     const fs::path folder = fs::canonical(name.parent_path(), failed);
-    if (!failed && folder == own) return std::atoi(name.filename().c_str());
-    if (failed || !fs::is_symlink(folder / name.filename(), failed)) return -1;
-    const fs::path target = fs::read_symlink(folder / name.filename(), failed);
+    const std::string last = name.filename().string();
+    if (!failed && folder == own) {
+      const bool is_number = last.find_first_not_of("0123456789") == std::string::npos;
+      return is_number && !last.empty() && last.size() < 10 ? std::stoi(last) : -1;
+    }
+    if (failed || !fs::is_symlink(folder / last, failed)) return -1;
+    const fs::path target = fs::read_symlink(folder / last, failed);
     name = target.is_absolute() ? target : folder / target;
   }
   return -1;
