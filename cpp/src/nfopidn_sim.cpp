@@ -242,9 +242,10 @@ Outcome check_structure(const Arguments& arguments, const Structure& structure,
   for (const std::string key : {"form", "allocation", "lateral"}) {
     if (given[key] == wanted[key] || (key == "lateral" && taps_wanted)) continue;
     const bool by_option = arguments.controller.count(key) != 0;
-    const std::string whose = by_option ? "" : " of " + arguments.controller_file;
-    return {Status::inconsistent,
-            about + key + whose + " is " + given[key].dump() + "; must be " + wanted[key].dump()};
+    std::string message = about + key;
+    if (!by_option) message += " of " + arguments.controller_file;
+    message += " is " + given[key].dump() + "; must be " + wanted[key].dump();
+    return {Status::inconsistent, message};
   }
   if (structure.parameters == ParameterSet::shared_orders && !shares_orders(start)) {
     return {Status::inconsistent, about + "alpha and sigma must be one for all channels"};
