@@ -1,4 +1,5 @@
 // The closed loop: divergence, delay, noise, disturbance, cost.
+#include "nfopidn/batch_job.hpp"
 #include "nfopidn/loop.hpp"
 #include "support.hpp"
 
@@ -226,6 +227,21 @@ TEST_F(Loop, TheLimitItselfIsNoDivergence) {
 }
 
 TEST(DelayRange, EndsWhereTheContractSays) { EXPECT_EQ(maximum_delay, 64); }
+
+// What costs more than its bound is given up when the meter is looked at, at every 32nd sample.
+TEST(BoundedMeter, IsLookedAtEvery32ndSample) {
+  const PreparedRun run = prepare(Scenario::published());
+  const LoopInputs<double> inputs = run.inputs();
+  for (const double bound : {0.0, no_bound}) {
+    Controller<double, Fir<double, 7>> law;
+    ASSERT_EQ(law.configure(ControllerSettings<double>{}, run.limits), Status::ok);
+    LoopState<double> loop{run.start, DelayLine<double>(0)};
+    const BoundedMeter<double> meter(inputs.divergence_distance, bound, inputs.samples);
+    const LoopResult<double> result =
+        run_metered_loop<double>(run.plant, law, loop, inputs, meter, [](int, auto&&...) {});
+    EXPECT_EQ(result.completed, bound == 0 ? 31 : inputs.samples);
+  }
+}
 
 }  // namespace
 }  // namespace nfopidn::test

@@ -102,6 +102,25 @@ TEST(Bfoa, LookingAheadChangesNothing) {
               minimise<Bfoa>(cheap, SearchLimits{}, BfoaOptions{}));
 }
 
+// Of every cell the tumble and the first swim: as half of them get no further, more were in vain.
+TEST(Bfoa, LooksAheadByTwoMovesAtFirst) {
+  class Blocks : public Bowl {
+   public:
+    Blocks() : Bowl(false, true) {}
+    void costs(const Points& points, double* costs) override {
+      Bowl::costs(points, costs);
+      sizes.push_back(points.cols());
+    }
+    std::vector<Eigen::Index> sizes;
+  } bowl;
+  BfoaOptions options;
+  options.cells = 6;
+  minimise<Bfoa>(bowl, evaluations(500), options);
+  ASSERT_GT(bowl.sizes.size(), 2U);
+  EXPECT_EQ(bowl.sizes[0], 6);
+  EXPECT_EQ(bowl.sizes[1], 12);
+}
+
 TEST(Bfoa, KeepsItsBudgetExactly) {
   for (const int budget : {1, 9, 10, 11, 64, 333}) {
     for (const bool cheap : {false, true}) {
