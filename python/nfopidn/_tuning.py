@@ -436,8 +436,10 @@ def _stages(
     chosen, _ = controller_structure(structure)
     stages: dict[str, Search] = {"": search}
     if structure == "taps":
-        for lateral, suffix in LATERAL_STAGES.items():
-            stages[suffix] = make_search(_for_taps(chosen, lateral), **limits)
+        stages = {
+            suffix: make_search(_for_taps(chosen, lateral), **limits)
+            for lateral, suffix in LATERAL_STAGES.items()
+        }
     if start is None:
         stages[FIRST_STAGE] = make_search(_for_gains(chosen), None, None, None)
     return stages
@@ -508,6 +510,7 @@ def _first_gains(
 ) -> TuneResult:
     """Find gains and orders from which a search for free taps starts, and give them as taps."""
     chosen, _ = controller_structure(structure)
+    own = _of_first_stage(settings)
     maxtime = None if np.isinf(settings.maxtime) else _core.START_SHARE * settings.maxtime
     if settings.checkpoint and any(
         Path(settings.checkpoint + stage).exists() for stage in LATERAL_STAGES.values()
@@ -523,9 +526,9 @@ def _first_gains(
         found = tune(
             scenarios,
             structure=_for_gains(chosen),
-            method=_of_first_stage(settings).method,
-            options=_of_first_stage(settings).options,
-            rng=settings.seed,
+            method=own.method,
+            options=own.options,
+            rng=own.seed,
             maxfev=_gains_share(settings),
             maxtime=maxtime,
             stopval=_stopval(settings),

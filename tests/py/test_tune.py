@@ -743,7 +743,7 @@ def test_a_callback_is_told_the_evaluations_of_all_stages():
     ["taps", {"allocation": "decoupled", "lateral": "direction", "parameters": "taps"}],
 )
 def test_a_time_limit_leaves_time_for_free_taps(structure):
-    result = tune(structure=structure, rng=1, maxfev=10**7, maxtime=1.0)
+    result = tune(structure=structure, rng=1, maxfev=10**7, maxtime=3.0)  # a third of it would do
     assert result.controller.gains is None
     assert result.fun < 0.0152  # gains and orders come to 0.01568
     assert result.message == "The time is up."
@@ -867,7 +867,7 @@ def test_more_time_goes_on_with_free_taps(structure, tmp_path):
 
 @pytest.mark.parametrize("method", ["bfoa", "bfoa+"])
 def test_free_taps_are_never_worse_than_the_gains_they_start_from(method):
-    for seed in range(3):
+    for seed in range(5):  # 3 ends above its start
         arguments = {"rng": seed, "maxfev": 100, "method": method}
         found = tune(structure={"parameters": "taps"}, **arguments)
         assert found.fun == found.history["best"].min() == found.history["best"][-1]
