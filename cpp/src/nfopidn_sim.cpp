@@ -377,7 +377,6 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
       std::fprintf(stderr, "\rtuning: %lld evaluations, cost %.6g ",
                    static_cast<long long>(evaluations), cost);
     }
-    return true;
   });
   if (shown) std::fputc('\n', stderr);
   if (found.reason == StopReason::callback) {
@@ -441,8 +440,6 @@ bool same_place(const std::string& one, const std::string& other) {
   return !special && place(one) == place(other);
 }
 
-using Outputs = std::array<std::pair<const std::string*, OutputFile*>, 3>;
-
 // The files that the options name to be read.
 std::vector<std::string> inputs_of(const Arguments& arguments) {
   std::vector<std::string> inputs = {arguments.scenario_file, arguments.controller_file};
@@ -455,21 +452,22 @@ std::vector<std::string> inputs_of(const Arguments& arguments) {
   return inputs;
 }
 
-Outcome open_all(const Outputs& files, const std::vector<std::string>& inputs) {
-  for (const auto& [path, file] : files) {
-    if (path->empty()) continue;
+using Outputs = std::array<std::string, 3>;  // empty where none is wanted
+
+Outcome check_outputs(const Outputs& paths, const std::vector<std::string>& inputs) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].empty()) continue;
     for (const std::string& input : inputs) {
-      if (same_place(*path, input)) {
-        return {Status::inconsistent, *path + " is to be read, and would be overwritten"};
+      if (same_place(paths[i], input)) {
+        return {Status::inconsistent, paths[i] + " is to be read, and would be overwritten"};
       }
     }
-    for (const auto& [other, other_file] : files) {
-      if (file == other_file) break;
-      if (same_place(*path, *other)) {
-        return {Status::inconsistent, *path + " is named for two files"};
+    for (std::size_t other = 0; other < i; ++other) {
+      if (same_place(paths[i], paths[other])) {
+        return {Status::inconsistent, paths[i] + " is named for two files"};
       }
     }
-    if (Outcome outcome = file->open(*path); !outcome) return outcome;
+    if (Outcome outcome = check_writable(paths[i]); !outcome) return outcome;
   }
   return {};
 }
@@ -485,20 +483,18 @@ int run(const Arguments& arguments) {
   std::optional<StopRequests> requests;
   if (arguments.tune) requests.emplace();
   // Whether the files can be written shows before the run, not after.
-  OutputFile table, scenario_file, controller_file;
-  const Outputs files = {{{&arguments.out, &table},
-                          {&arguments.save_scenario, &scenario_file},
-                          {&arguments.save_controller, &controller_file}}};
-  if (Outcome outcome = open_all(files, inputs_of(arguments)); !outcome) return fail(outcome);
+  const Outputs outputs = {arguments.out, arguments.save_scenario, arguments.save_controller};
+  if (Outcome outcome = check_outputs(outputs, inputs_of(arguments)); !outcome) {
+    return fail(outcome);
+  }
   if (arguments.tune) tune_design(arguments, scenario, design);
   requests.reset();
   const SimulationResult result = simulate(scenario, design);
-  const std::string contents[] = {run_table_csv(result.table),
-                                  document_text(write_scenario(scenario)),
-                                  document_text(write_controller(design))};
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (files[i].first->empty()) continue;
-    if (Outcome outcome = files[i].second->commit(contents[i]); !outcome) return fail(outcome);
+  const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),
+                            document_text(write_controller(design))};
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (outputs[i].empty()) continue;
+    if (Outcome outcome = write_file(outputs[i], contents[i]); !outcome) return fail(outcome);
   }
   Outcome printed;
   if (arguments.json) {

@@ -32,29 +32,32 @@ class Files : public ::testing::Test {
 TEST_F(Files, AreReplacedWhole) {
   const fs::path path = folder / "a.txt";
   ASSERT_TRUE(write_file(path.string(), "old"));
-  {
-    OutputFile file;
-    ASSERT_TRUE(file.open(path.string()));
-    EXPECT_EQ(content(path), "old");
-    ASSERT_TRUE(file.commit("new"));
-    EXPECT_EQ(content(path), "new");
-  }
-  {
-    OutputFile file;
-    ASSERT_TRUE(file.open(path.string()));
-  }
+  ASSERT_TRUE(write_file(path.string(), "new"));
   EXPECT_EQ(content(path), "new");
   EXPECT_EQ(count(), 1);
 }
 
 // Nothing lies about while a long run goes on, which may be killed.
-TEST_F(Files, AppearWhenTheyAreWritten) {
+TEST_F(Files, AreTriedWithoutATrace) {
   const fs::path path = folder / "a.txt";
-  OutputFile file;
-  ASSERT_TRUE(file.open(path.string()));
+  EXPECT_TRUE(check_writable(path.string()));
   EXPECT_EQ(count(), 0);
-  ASSERT_TRUE(file.commit("text"));
-  EXPECT_EQ(content(path), "text");
+  ASSERT_TRUE(write_file(path.string(), "old"));
+  EXPECT_TRUE(check_writable(path.string()));
+  EXPECT_EQ(content(path), "old");
+  EXPECT_EQ(count(), 1);
+}
+
+TEST_F(Files, WhatCannotBeWrittenShowsBefore) {
+  fs::create_symlink("loop", folder / "loop");
+  const std::string names[] = {folder.string(), (folder / "loop").string(),
+                               (folder / "none" / "a").string(),
+                               (folder / std::string(250, 'a')).string(), "/dev/fd/987"};
+  for (const std::string& name : names) {
+    const std::string message = check_writable(name).message;
+    EXPECT_EQ(message.find(name + ": cannot be written: "), 0U) << message;
+    EXPECT_EQ(write_file(name, "text").message, message);
+  }
   EXPECT_EQ(count(), 1);
 }
 
@@ -99,12 +102,12 @@ TEST_F(Files, ALinkStaysALink) {
 
 TEST_F(Files, WhatCannotBeReplacedIsSaid) {
   const fs::path path = folder / "a";
-  OutputFile file;
-  ASSERT_TRUE(file.open(path.string()));
+  ASSERT_TRUE(check_writable(path.string()));
   fs::create_directories(path / "b");
-  const Outcome outcome = file.commit("text");
+  const Outcome outcome = write_file(path.string(), "text");
   EXPECT_EQ(outcome.status, Status::inconsistent);
   EXPECT_NE(outcome.message.find("cannot be written"), std::string::npos);
+  EXPECT_EQ(count(), 1);
 }
 
 TEST(Printable, TakesUtf8AndNothingElse) {

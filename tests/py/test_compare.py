@@ -5,7 +5,6 @@ import csv
 import sys
 import threading
 from contextlib import nullcontext
-from pathlib import Path
 
 import nfopidn
 import numpy as np
@@ -457,8 +456,8 @@ def test_the_command_refuses_to_write_over_what_it_reads(tmp_path, monkeypatch, 
 
 
 def test_a_picture_is_written_whole_or_not_at_all(small, tmp_path, monkeypatch):
-    def fail(self, path, **_):
-        Path(path).write_bytes(b"half")
+    def fail(self, file, **_):
+        file.write(b"half")
         raise OSError("full")
 
     target = tmp_path / "all.png"

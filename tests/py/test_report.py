@@ -4,6 +4,7 @@ import html
 import json
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -524,17 +525,16 @@ def test_a_page_is_not_written_over_its_result(path, tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("plain")
-def test_a_failed_write_leaves_the_old_page(path, tmp_path, monkeypatch, capsys):
+def test_a_failed_write_leaves_the_old_page(path, tmp_path, capsys):
     target = tmp_path / "report.html"
     target.write_text("precious")
-
-    def full(self, *_, **__):
-        self.touch()
-        raise OSError(28, "No space left on device", str(self))
-
-    monkeypatch.setattr("pathlib.Path.write_text", full)
-    assert cli.main(["report", str(path.parent / "result.json"), "-o", str(target)]) == 2
-    assert "No space left" in capsys.readouterr().err
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5000, limits[1]))
+    try:
+        assert cli.main(["report", str(path.parent / "result.json"), "-o", str(target)]) == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert "File too large" in capsys.readouterr().err
     assert target.read_bytes() == b"precious"
     assert os.listdir(tmp_path) == ["report.html"]
 

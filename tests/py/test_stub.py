@@ -27,7 +27,8 @@ MODULE = public(STUB.body)
 # they are documented, these are not.
 INNER = {
     "check_options",
-    "descriptor_of",
+    "check_writable",
+    "write_file",
     "analyse_loop",
     "loop_jacobians",
     "series_weights",

@@ -245,16 +245,16 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
 
 }  // namespace detail
 
-// Called after each chemotactic step with the evaluations and the least cost of all stages so far;
-// returning false ends the search.
-using TuningCallback = std::function<bool(std::int64_t evaluations, double cost)>;
+// Called after each chemotactic step with the evaluations and the least cost of all stages so far.
+using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
 
 inline TuningResult run_tuning(TuningTask task, const TuningCallback& callback = {}) {
   TuningResult best;
   best.structure = task.structure;
   std::int64_t spent = 0;
   const auto report = [&](const SearchResult& stage) {
-    return !callback || callback(spent + stage.evaluations, std::min(best.cost, stage.cost));
+    if (callback) callback(spent + stage.evaluations, std::min(best.cost, stage.cost));
+    return true;
   };
   const auto keep = [&](const SearchResult& found, const Structure& structure) {
     spent += found.evaluations;

@@ -23,6 +23,7 @@ struct PyController {
   explicit PyController(const ControllerDesign& given) : settings(given) {}
 };
 
+void bind_files(py::module_& module);
 void bind_robot(py::module_& module);
 void bind_trajectory(py::module_& module);
 void bind_scenario(py::module_& module);

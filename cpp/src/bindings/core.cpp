@@ -1,6 +1,5 @@
 // The Python module nfopidn._core.
 #include "bindings.hpp"
-#include "nfopidn/io/files.hpp"
 
 PYBIND11_MODULE(_core, module) {
   namespace binding = nfopidn::python;
@@ -8,7 +7,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = NFOPIDN_VERSION;
   binding::py::options options;
   options.disable_function_signatures();
-  module.def("descriptor_of", &nfopidn::descriptor_of, binding::py::arg("path"));
+  binding::bind_files(module);
   binding::bind_robot(module);
   binding::bind_trajectory(module);
   binding::bind_scenario(module);

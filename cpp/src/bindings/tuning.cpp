@@ -207,32 +207,28 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
   Checkpoint checkpoint(request);
   if (!request.checkpoint.empty()) {
     check("checkpoint", load_checkpoint(request.checkpoint, request.problem, search));
-    check("checkpoint", OutputFile().open(request.checkpoint));  // whether it can be written
+    check("checkpoint", check_writable(request.checkpoint));
     search.set_witness([&] { checkpoint.save_if_due(search); });
   }
   const bool resumes = search.is_replaying();
   search.keeps_record = !request.checkpoint.empty();
   bool interrupted = false;
   py::object raised = py::none();  // by the callback, or by a signal's handler
-  const auto heed_signals = [&] {
-    if (PyErr_CheckSignals() == 0) return true;
-    interrupted = true;
-    const py::error_already_set error;
-    if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
-    return false;
-  };
   Clock::time_point next_look{};
   search.set_interruption([&] {
     if (Clock::now() < next_look) return false;
     next_look = Clock::now() + std::chrono::milliseconds(50);
     const py::gil_scoped_acquire acquire;
-    return !heed_signals();
+    if (PyErr_CheckSignals() == 0) return false;
+    interrupted = true;
+    const py::error_already_set error;
+    if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
+    return true;
   });
   search.set_callback([&](const SearchResult& so_far) {
     if (!checkpoint.fault) return false;
-    const py::gil_scoped_acquire acquire;
-    if (!heed_signals()) return false;
     if (request.callback.is_none() || search.is_replaying()) return true;
+    const py::gil_scoped_acquire acquire;
     const HistoryRow& row = so_far.history.back();
     try {
       return request.callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step)

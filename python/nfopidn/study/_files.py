@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nfopidn._files import draft_of, replace_file
+from nfopidn._files import replace_file, save_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,8 +48,9 @@ class Folder:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
         for kind, metadata in _SAME_EACH_TIME.items():
-            with draft_of(self.path / f"{name}.{kind}") as draft, mpl.rc_context(_SETTINGS):
-                figure.savefig(draft, format=kind, dpi=_DOTS_PER_INCH, metadata=metadata)
+            path = self.path / f"{name}.{kind}"
+            with mpl.rc_context(_SETTINGS):
+                save_picture(figure, path, dpi=_DOTS_PER_INCH, metadata=metadata)
         self.figures[name] = title
 
     def table(

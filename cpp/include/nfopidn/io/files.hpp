@@ -1,6 +1,7 @@
 // L4. Files: read whole, written whole or not at all.
 #pragma once
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,7 +11,6 @@
 #include <fstream>
 #include <sstream>
 #include <string>
-#include <utility>
 
 #include "nfopidn/io/json_controller.hpp"
 
@@ -59,89 +59,89 @@ inline int descriptor_of(const std::string& path) {
   return -1;
 }
 
-// A file that appears under its name only when commit() has written all of it: a run that is
-// interrupted leaves the old file. open() finds out before the work whether it can be written.
-// A name that stands for no regular file, or for an open one (a pipe, /dev/stdout), is written
-// directly.
-class OutputFile {
- public:
-  OutputFile() = default;
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile() {
-    if (file_ != nullptr) std::fclose(file_);
-    if (!draft_.empty()) std::remove(draft_.c_str());
-  }
+// Where what is written to a name goes.
+struct OutputTarget {
+  std::string path;         // of a link the file that it points to, which is replaced
+  int descriptor = -1;      // of a name such as /dev/stdout, which is written on
+  bool is_special = false;  // a pipe or a device, written directly
 
-  Outcome open(const std::string& path) {
-    namespace fs = std::filesystem;
-    path_ = path;
+  bool is_direct() const { return descriptor >= 0 || is_special; }
+  std::string draft() const { return path + ".part" + std::to_string(::getpid()); }
+  std::FILE* open() const {
+    if (descriptor < 0) return std::fopen(is_special ? path.c_str() : draft().c_str(), "wb");
+    const int own = ::dup(descriptor);
+    return own < 0 ? nullptr : ::fdopen(own, "wb");
+  }
+  // The draft takes the name, and the mode of what had it.
+  bool replace() const {
     std::error_code ignored;
-    errno = 0;
-    if (const int descriptor = descriptor_of(path); descriptor >= 0) {
-      const int own = ::dup(descriptor);
-      file_ = own < 0 ? nullptr : ::fdopen(own, "wb");
-      if (file_ == nullptr && own >= 0) ::close(own);
-      return file_ == nullptr ? fault() : Outcome{};
+    const auto before = std::filesystem::status(path, ignored);
+    if (std::filesystem::exists(before)) {
+      std::filesystem::permissions(draft(), before.permissions(), ignored);
     }
-    const fs::file_status status = fs::status(path, ignored);
-    if (fs::exists(status) && ::access(path.c_str(), W_OK) != 0) return fault();
-    if (fs::exists(status) && !fs::is_regular_file(status)) {
-      file_ = std::fopen(path.c_str(), "wb");
-      return file_ == nullptr ? fault() : Outcome{};
-    }
-    // A link is followed, so that the file it points to is replaced, and not the link.
-    if (fs::is_symlink(fs::symlink_status(path, ignored))) {
-      const std::string target = fs::weakly_canonical(path, ignored).string();
-      if (!target.empty()) path_ = target;
-    }
-    // Only tried here: a process that is killed during its work leaves nothing behind.
-    return begin_draft() ? end_draft() : fault();
+    return std::rename(draft().c_str(), path.c_str()) == 0;
   }
-
-  Outcome commit(const std::string& content) {
-    errno = 0;
-    const bool direct = file_ != nullptr;
-    if (!direct && !begin_draft()) return fault();
-    const bool written = std::fwrite(content.data(), 1, content.size(), file_) == content.size() &&
-                         std::fflush(file_) == 0 && (direct || ::fsync(::fileno(file_)) == 0);
-    const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
-    if (!written || !closed) return fault();
-    if (direct) return {};
-    std::error_code ignored;
-    const auto status = std::filesystem::status(path_, ignored);
-    if (std::filesystem::exists(status)) {
-      std::filesystem::permissions(draft_, status.permissions(), ignored);
-    }
-    if (std::rename(draft_.c_str(), path_.c_str()) != 0) return fault();
-    draft_.clear();
-    return {};
-  }
-
- private:
-  Outcome fault() const { return file_fault(path_, "cannot be written"); }
-
-  bool begin_draft() {
-    const std::string name = path_ + ".part" + std::to_string(::getpid());
-    file_ = std::fopen(name.c_str(), "wb");
-    if (file_ != nullptr) draft_ = name;
-    return file_ != nullptr;
-  }
-  Outcome end_draft() {
-    std::fclose(std::exchange(file_, nullptr));
-    std::remove(std::exchange(draft_, {}).c_str());
-    return {};
-  }
-
-  std::string path_;
-  std::string draft_;
-  std::FILE* file_ = nullptr;
 };
 
+// On failure errno tells why, as after write_file() and check_writable().
+inline bool find_target(const std::string& path, OutputTarget& target) {
+  namespace fs = std::filesystem;
+  target.path = path;
+  target.descriptor = descriptor_of(path);
+  if (target.descriptor >= 0) {
+    const int flags = ::fcntl(target.descriptor, F_GETFL);
+    if (flags >= 0 && (flags & O_ACCMODE) == O_RDONLY) errno = EBADF;
+    return flags >= 0 && (flags & O_ACCMODE) != O_RDONLY;
+  }
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) {
+    errno = EISDIR;
+    return false;
+  }
+  if (fs::exists(status) && ::access(path.c_str(), W_OK) != 0) return false;
+  target.is_special = fs::exists(status) && !fs::is_regular_file(status);
+  if (target.is_special || !fs::is_symlink(fs::symlink_status(path, ignored))) return true;
+  std::error_code failed;
+  target.path = fs::weakly_canonical(path, failed).string();
+  errno = failed.value();  // of links that lead to each other
+  return !failed;
+}
+
+inline Outcome unwritable(const std::string& path) { return file_fault(path, "cannot be written"); }
+
+// Whether write_file() could write a file, before the work that it is to hold. Leaves nothing.
+inline Outcome check_writable(const std::string& path) {
+  OutputTarget target;
+  if (!find_target(path, target)) return unwritable(path);
+  if (target.is_direct()) return {};
+  std::FILE* const file = target.open();
+  if (file == nullptr) return unwritable(path);
+  std::fclose(file);
+  std::remove(target.draft().c_str());
+  return {};
+}
+
+// Writes a file whole or not at all: it takes its name when all of it is there, and what had the
+// name before then goes. A name that stands for no regular file, or for an open one (a pipe,
+// /dev/stdout), is written directly.
 inline Outcome write_file(const std::string& path, const std::string& content) {
-  OutputFile file;
-  if (Outcome outcome = file.open(path); !outcome) return outcome;
-  return file.commit(content);
+  OutputTarget target;
+  if (!find_target(path, target)) return unwritable(path);
+  std::FILE* const file = target.open();
+  if (file == nullptr) return unwritable(path);
+  const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size() &&
+                       std::fflush(file) == 0 &&
+                       (target.is_direct() || ::fsync(::fileno(file)) == 0);
+  const int reason = errno;
+  const bool closed = std::fclose(file) == 0;
+  if (!written) errno = reason;
+  const bool done = written && closed && (target.is_direct() || target.replace());
+  if (done) return {};
+  const int why = errno;
+  if (!target.is_direct()) std::remove(target.draft().c_str());
+  errno = why;
+  return unwritable(path);
 }
 
 // A document from a file; messages begin with the file's name.
