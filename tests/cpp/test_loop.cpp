@@ -230,7 +230,8 @@ TEST(DelayRange, EndsWhereTheContractSays) { EXPECT_EQ(maximum_delay, 64); }
 
 // What costs more than its bound is given up when the meter is looked at, at every 32nd sample.
 TEST(BoundedMeter, IsLookedAtEvery32ndSample) {
-  const PreparedRun run = prepare(Scenario::published());
+  const Scenario scenario = Scenario::published();
+  const PreparedRun run = prepare(scenario);
   const LoopInputs<double> inputs = run.inputs();
   for (const double bound : {0.0, no_bound}) {
     Controller<double, Fir<double, 7>> law;

@@ -110,6 +110,7 @@ inline State<double> start_state(const Scenario& scenario) {
 }  // namespace detail
 
 // The scenario must outlive what is prepared from it, and its trajectory must not be empty.
+PreparedRun prepare(const Scenario&& scenario) = delete;
 inline PreparedRun prepare(const Scenario& scenario) {
   const Trajectory& t = scenario.trajectory;
   PreparedRun run{
