@@ -14,10 +14,12 @@ from nfopidn._core import (
 )
 from nfopidn._export import export_c, export_cpp
 from nfopidn._forager import Forager
+from nfopidn._objective import Objective
 from nfopidn._parameters import default_bounds
 from nfopidn._report import report
 from nfopidn._search import OptimizeResult, bfoa
-from nfopidn._tuning import Objective, TuneResult, tune
+from nfopidn._tune_result import TuneResult
+from nfopidn._tuning import tune
 
 _pickle.register()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -15,11 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
-from nfopidn._checks import is_number, real_numbers, whole_number
-from nfopidn._core import Controller, Rival, Robot, Scenario
-from nfopidn._files import replace_file
+from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._objective import check_share, cost_function, scenarios_of
 from nfopidn._parameters import (
-    ROBOT_FIELDS,
     ControllerSearch,
     Search,
     controller_structure,
@@ -28,11 +25,9 @@ from nfopidn._parameters import (
 from nfopidn._search import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
-    HISTORY,
     LATERAL_STAGES,
     MESSAGES,
     METHODS,
-    MOST_WORKERS,
     UNLIMITED,
     Array,
     Callback,
@@ -43,241 +38,11 @@ from nfopidn._search import (
     problem_in,
     run,
 )
+from nfopidn._tune_result import TuneResult
 
 _NO_TIME = 1e-9  # [s]
-TUNING_FORMAT = "nfopidn-tuning"
-TUNING_VERSION = 1
-
-#: What a document must have, besides those that from_json() reads one by one.
-_FIELDS = (
-    *("fun", "nfev", "nit", "parameters", "seed", "message", "success", "status", "elapsed"),
-    *("structure", "options", "method"),
-)
-
 #: Up to this status a search has come to its end or its time is up; beyond, it was told to end.
 OUT_OF_TIME = list(MESSAGES).index("time")
-
-
-class TuneResult(OptimizeResult):
-    """The result of tune(): also controller, scenario, structure, parameters, method, options.
-
-    x holds the free parameters, which `parameters` names; controller has them all.
-    """
-
-    def to_json(self, path: str | PathLike[str]) -> None:
-        """Write the result; `controller` in it is a controller document of its own."""
-        fields = {
-            key: value.tolist() if isinstance(value, np.ndarray) else value
-            for key, value in self.items()
-        }
-        fields["history"] = [list(row) for row in fields["history"]]
-        fields["controller"] = json.loads(self["controller"].to_json())
-        fields["scenario"] = [json.loads(scenario.to_json()) for scenario in _list(self.scenario)]
-        document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **_plain(fields)}
-        replace_file(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
-
-    @classmethod
-    def from_json(cls, path: str | PathLike[str]) -> TuneResult:
-        """Read what to_json() has written.
-
-        Raises
-        ------
-        ValueError
-            Names the file, and what in it is not as it must be.
-        """
-        try:
-            fields = json.loads(Path(path).read_text(encoding="utf-8"))
-            if fields.pop("format") != TUNING_FORMAT or fields.pop("version") != TUNING_VERSION:
-                raise ValueError(
-                    f"must be a document {TUNING_FORMAT!r} of version {TUNING_VERSION}"
-                )
-            for key in _FIELDS:
-                fields[key]
-            fields["fun"] = _number_in(fields, "fun")
-            fields["nfev"] = int(_number_in(fields, "nfev"))
-            for key in ("x", "population", "population_energies"):
-                fields[key] = np.array(fields[key], dtype=float)
-            check_names(fields["parameters"], fields["x"])
-            shape = (len(fields["population_energies"]), len(fields["x"]))
-            fields["population"] = fields["population"].reshape(shape)
-            history = [tuple(row) for row in fields["history"]]
-            fields["history"] = np.array(history, dtype=[(name, float) for name in HISTORY])
-            kind = Rival if fields["controller"].get("format") == "nfopidn-rival" else Controller
-            fields["controller"] = kind.from_json(json.dumps(fields["controller"]))
-            scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
-            if not scenarios:
-                raise ValueError("scenario is empty")
-            structure = fields["structure"]
-            if isinstance(structure, dict) and isinstance(structure.get("robot"), dict):
-                structure["robot"] = Robot(**structure["robot"])
-        except (
-            *(ValueError, TypeError, LookupError, AttributeError, ArithmeticError),
-            RecursionError,
-        ) as error:
-            raise ValueError(f"{path}: not a tuning result: {error}") from None
-        fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
-        return cls(fields)
-
-
-def check_names(names: Any, x: Array) -> None:
-    """Refuse parameters that are no names, or more or fewer than there are numbers."""
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError("parameters must be a list of names")
-    if np.shape(x) != (len(names),):
-        raise ValueError(f"x must have {len(names)} numbers, one for each parameter")
-
-
-def _number_in(fields: Mapping[str, Any], key: str) -> float:
-    try:
-        return float(fields[key])
-    except (TypeError, ValueError):
-        raise ValueError(f"{key} must be a number") from None
-
-
-def _plain(value: Any) -> Any:
-    """Give what JSON can hold: of NumPy's making plain numbers, of what is not finite its name."""
-    if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, Robot):
-        return {name: getattr(value, name) for name in ROBOT_FIELDS}
-    if isinstance(value, float) and not np.isfinite(value):
-        return str(value)
-    if value is None or isinstance(value, str | bool | int | float):
-        return value
-    raise TypeError(f"{type(value).__name__} has no place in a file")
-
-
-def _list(scenario: Scenario | Sequence[Scenario]) -> list[Scenario]:
-    return [scenario] if isinstance(scenario, Scenario) else list(scenario)
-
-
-class Objective:
-    """A controller's cost as a function of its free parameters, for any optimiser.
-
-    Many points at once run on wide instructions: costs(points) is the fast way.
-
-    >>> objective = Objective(structure="decoupled")
-    >>> x = objective.parameters_of(Controller.published())
-    >>> bool(objective(x) == objective.costs([x])[0])
-    True
-    """
-
-    def __init__(
-        self,
-        scenario: Scenario | Sequence[Scenario] | None = None,
-        *,
-        structure: str | Mapping[str, Any] | None = None,
-        bounds: Mapping[str, tuple[float, float]] | ArrayLike | None = None,
-        frozen: Mapping[str, float] | None = None,
-        tied: Mapping[str, str] | None = None,
-        risk: float = 1.0,
-        workers: int = 1,
-    ) -> None:
-        """Take the arguments of tune()."""
-        search = make_search(structure, bounds, frozen, tied)
-        if not isinstance(search, ControllerSearch):
-            raise ValueError(f"structure is {structure!r}, a rival; must be one of a Controller")
-        _check_share(risk, workers)
-        self._search = search
-        #: Names of the free parameters, p of them.
-        self.parameters = search.names
-        #: (p, 2): low and high of each.
-        self.bounds = np.column_stack([search.low, search.high])
-        scenarios = _scenarios(scenario)
-        self._function = _cost_function(scenarios, search, risk, workers)
-        # Copies: what the caller makes of its own afterwards is not this objective's.
-        self._arguments: dict[str, Any] = {
-            "scenario": list(scenarios),
-            "structure": _own(structure),
-            "bounds": self.bounds,
-            "frozen": _own(frozen),
-            "tied": _own(tied),
-            "risk": risk,
-            "workers": workers,
-        }
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Tell pickle and copy to make it anew; what a class of the user's adds goes along."""
-        added = {key: value for key, value in vars(self).items() if key not in _OWN}
-        return _made_anew, (type(self), self._arguments), added
-
-    def __call__(self, x: ArrayLike) -> float:
-        """Give the cost (eq. 41) of a point (p,)."""
-        return float(self._function.costs(self._point(x)[None, :])[0])
-
-    def costs(self, points: ArrayLike) -> Array:
-        """Give the costs (n,) of points (n, p)."""
-        rows = real_numbers("points", points)
-        if rows.ndim != 2:
-            raise ValueError(f"points have the shape {rows.shape}; must be (n, {self._size})")
-        if not np.isfinite(rows).all():
-            raise ValueError("points hold NaN or infinity; must be finite")
-        return self._function.costs(rows)
-
-    def gradient(self, x: ArrayLike) -> tuple[float, Array]:
-        """Give the cost at x (p,) and its exact partial derivatives (p,)."""
-        return self._function.gradient(self._point(x))
-
-    def controller(self, x: ArrayLike) -> Controller:
-        """Give the controller that x (p,) stands for."""
-        made = self._search.controller(self._point(x))
-        return Controller.from_json(made.to_json())  # refuses what a controller may not have
-
-    @property
-    def _size(self) -> int:
-        return len(self.parameters)
-
-    def _point(self, x: ArrayLike) -> Array:
-        point = real_numbers("x", x)
-        if point.shape != (self._size,):
-            raise ValueError(f"x has the shape {point.shape}; must be ({self._size},)")
-        if not np.isfinite(point).all():
-            raise ValueError(f"x is {point}; must be finite")
-        return point
-
-    def parameters_of(self, controller: Controller) -> Array:
-        """Give the free parameters (p,) that a controller has."""
-        return self._search.start(controller)
-
-
-#: What Objective() itself gives an objective.
-_OWN = ("_arguments", "_function", "_search", "bounds", "parameters")
-
-
-def _made_anew(kind: type[Objective], arguments: dict[str, Any]) -> Objective:
-    made = kind.__new__(kind)
-    Objective.__init__(made, **arguments)  # a class of the user's may take others
-    return made
-
-
-def _own(given: Any) -> Any:
-    """Copy a mapping into a dict, and leave all else as it is."""
-    return copy.deepcopy(dict(given)) if isinstance(given, Mapping) else given
-
-
-def _cost_function(
-    scenarios: list[Scenario], search: ControllerSearch, risk: float, workers: int
-) -> _core.CostFunction:
-    return _core.CostFunction(
-        scenarios,
-        search.base,
-        search.parameters,
-        search.source,
-        search.fixed,
-        len(search.names),
-        float(risk),
-        int(workers),
-    )
-
-
-def _check_share(risk: float, workers: int) -> None:
-    whole_number("workers", workers, 1, MOST_WORKERS)
-    if not is_number(risk) or not 0 <= risk <= 1:
-        raise ValueError(f"risk is {risk}; must be in [0, 1]")
 
 
 def tune(
@@ -345,14 +110,14 @@ def tune(
     ValueError
         Names the argument, its value and what is allowed.
     """
-    scenarios = _scenarios(scenario)
+    scenarios = scenarios_of(scenario)
     search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
     stages = _stages(structure, search, start, {"bounds": bounds, "frozen": frozen, "tied": tied})
     settings = check_settings(
         *(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback),
         stages=list(stages),
     )
-    _check_share(risk, workers)
+    check_share(risk, workers)
     _check_checkpoints(settings, scenarios, risk, stages)
     first = None if start is None else search.start(start)
     if first is not None:
@@ -489,17 +254,6 @@ def _within(search: Search, controller: Controller) -> Array:
     return np.clip(search.start(controller), search.low, search.high)
 
 
-def _scenarios(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenario]:
-    if scenario is None:
-        return [Scenario.published(rng=0)]
-    if not isinstance(scenario, Scenario | list | tuple):
-        raise ValueError("scenario must be a Scenario or a list of them")
-    scenarios = _list(scenario)
-    if not scenarios or not all(isinstance(one, Scenario) for one in scenarios):
-        raise ValueError("scenario must be a Scenario or a list of at least one")
-    return scenarios
-
-
 def _first_gains(
     scenarios: list[Scenario],
     search: ControllerSearch,
@@ -519,7 +273,7 @@ def _first_gains(
         maxtime = _NO_TIME
 
     def as_taps(found: TuneResult) -> TuneResult:
-        cost = _cost_function(scenarios, search, shared["risk"], 1)
+        cost = cost_function(scenarios, search, shared["risk"], 1)
         return _as_taps(found, search, structure, cost, settings.stopval)
 
     try:

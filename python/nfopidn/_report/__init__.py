@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from pathlib import Path
 
-from nfopidn._tuning import TuneResult
+from nfopidn._tune_result import TuneResult
 
 
 def report(result: TuneResult | str | PathLike[str], path: str | PathLike[str]) -> Path:

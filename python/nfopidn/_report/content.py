@@ -20,7 +20,7 @@ from nfopidn._report.settings import (
 )
 from nfopidn._report.strokes import Figure
 from nfopidn._report.verdict import basin_of, basin_text, stability_rows, verdict_text
-from nfopidn._tuning import TuneResult
+from nfopidn._tune_result import TuneResult
 from nfopidn.stability import loop
 
 _LONGEST_DOCUMENT = 20_000  # characters

@@ -10,7 +10,7 @@ from nfopidn._core import __version__
 from nfopidn._files import replace_file
 from nfopidn._report.content import gather
 from nfopidn._report.numbers import readable, script_json
-from nfopidn._tuning import TuneResult
+from nfopidn._tune_result import TuneResult
 
 
 def _resource(name: str) -> str:

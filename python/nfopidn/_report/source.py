@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from nfopidn._tuning import TuneResult, check_names
+from nfopidn._tune_result import TuneResult, check_names
 
 #: Fields that a page shows, and what they must be; those of the second group may be missing.
 _NEEDED: Mapping[str, tuple[type, str]] = {

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from nfopidn._core import Controller, Scenario, SimulationResult, simulate
 from nfopidn._search import MESSAGES
-from nfopidn._tuning import TuneResult, tune
+from nfopidn._tune_result import TuneResult
+from nfopidn._tuning import tune
 
 #: Gains tuned here are those of this seed.
 SEED = 1
