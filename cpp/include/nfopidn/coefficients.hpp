@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "nfopidn/compiler.hpp"
+
 namespace nfopidn {
 
 namespace kernel {

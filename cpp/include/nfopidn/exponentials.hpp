@@ -23,8 +23,8 @@ inline Two exponential(const Two& exponent) {
   Two power = exponent * 1.44269504088896340736;
   power = power < -most ? -most : power;
   power = most < power ? most : power;
-  const Two shifted = power + Constants::round_magic;
-  const Two fraction = power - (shifted - Constants::round_magic);
+  const Two shifted = kernel::opaque<Two>(power + Constants::round_magic);
+  const Two fraction = power - kernel::opaque<Two>(shifted - Constants::round_magic);
   const Two square = fraction * fraction;
   const Two fourth = square * square;
   const Two odd = fraction * ((q[0] + square * q[1]) + fourth * q[2]);

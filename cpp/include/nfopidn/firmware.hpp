@@ -8,4 +8,5 @@
 #include "nfopidn/loop.hpp"
 #include "nfopidn/odometry.hpp"
 #include "nfopidn/reference_table.hpp"
+#include "nfopidn/self_test.hpp"
 #include "nfopidn/velocity_output.hpp"

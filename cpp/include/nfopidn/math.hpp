@@ -83,10 +83,10 @@ struct math {
 
   // Nearest whole number, ties to even, for |value| < 2^(mantissa_bits - 2).
   static constexpr Scalar round(Scalar value) {
-    return (value + Constants::round_magic) - Constants::round_magic;
+    return kernel::opaque(kernel::opaque(value + Constants::round_magic) - Constants::round_magic);
   }
 
-  NFOPIDN_INLINE static Heading<Scalar> heading(Scalar angle) {
+  NFOPIDN_INLINE static constexpr Heading<Scalar> heading(Scalar angle) {
     const Scalar shifted = quarters_of(angle);
     return turned(rest_of(angle, shifted), kernel::bit_cast<Bits>(shifted));
   }
@@ -96,7 +96,7 @@ struct math {
   static constexpr Turn no_turn() { return Constants::round_magic; }
 
   // The same to the last bit, sooner for an angle in the quarter turn of the one before.
-  NFOPIDN_INLINE static Heading<Scalar> heading(Scalar angle, Turn& quarter) {
+  NFOPIDN_INLINE static constexpr Heading<Scalar> heading(Scalar angle, Turn& quarter) {
     Scalar rest = rest_of(angle, quarter);
     constexpr Scalar certain = Scalar(0.78539);  // under pi/4
     if (!(rest < certain && rest > -certain)) {
@@ -119,7 +119,7 @@ struct math {
 
   // 2/(1 + e^-net) - 1, the neuron of eq. 33, absolute error about 1 unit in the last place of 1
   // (2 in float).
-  NFOPIDN_INLINE static Scalar sigmoid(Scalar net) {
+  NFOPIDN_INLINE static constexpr Scalar sigmoid(Scalar net) {
     if constexpr (is_single) {
       return single::sigmoid(net);
     } else {
@@ -165,8 +165,8 @@ struct math {
   static Scalar exponential(Scalar exponent) {
     constexpr Scalar most = sizeof(Scalar) == 8 ? Scalar(1020) : Scalar(124);  // powers of two
     const Scalar power = minimum(maximum(exponent * Scalar(1.44269504088896340736), -most), most);
-    const Scalar shifted = power + Constants::round_magic;
-    const Scalar fraction = power - (shifted - Constants::round_magic);
+    const Scalar shifted = kernel::opaque(power + Constants::round_magic);
+    const Scalar fraction = power - kernel::opaque(shifted - Constants::round_magic);
     const Scalar square = fraction * fraction;
     const Scalar odd = fraction * kernel::polynomial(square, Constants::exponential_q);
     const Scalar even = kernel::polynomial(square, Constants::exponential_p);
@@ -208,7 +208,7 @@ struct math {
  private:
   static constexpr bool is_single = std::is_same_v<Scalar, float>;
 
-  NFOPIDN_INLINE static Scalar branching_sigmoid(Scalar net) {
+  NFOPIDN_INLINE static constexpr Scalar branching_sigmoid(Scalar net) {
     if (net <= Constants::small_net && net >= -Constants::small_net) {
       const Scalar square = net * net;
       return kernel::odd_polynomial(net, square, Constants::neuron_p) /
@@ -218,8 +218,8 @@ struct math {
     constexpr Scalar saturation = 60;  // in powers of two: 1 - 2^-60 is 1
     if (power > saturation) return Scalar(1);
     if (power < -saturation) return Scalar(-1);
-    const Scalar shifted = power + Constants::round_magic;
-    const Scalar fraction = power - (shifted - Constants::round_magic);
+    const Scalar shifted = kernel::opaque(power + Constants::round_magic);
+    const Scalar fraction = power - kernel::opaque(shifted - Constants::round_magic);
     const Scalar square = fraction * fraction;
     const Scalar odd = fraction * kernel::polynomial(square, Constants::exponential_q);
     const Scalar even = kernel::polynomial(square, Constants::exponential_p);
@@ -229,19 +229,19 @@ struct math {
   }
 
   // The nearest whole number of quarter turns, plus round_magic.
-  NFOPIDN_INLINE static Scalar quarters_of(Scalar angle) {
-    return angle * Scalar(2 / pi) + Constants::round_magic;
+  NFOPIDN_INLINE static constexpr Scalar quarters_of(Scalar angle) {
+    return kernel::opaque(angle * Scalar(2 / pi) + Constants::round_magic);
   }
 
-  NFOPIDN_INLINE static Scalar rest_of(Scalar angle, Scalar shifted) {
-    const Scalar quarters = shifted - Constants::round_magic;
+  NFOPIDN_INLINE static constexpr Scalar rest_of(Scalar angle, Scalar shifted) {
+    const Scalar quarters = kernel::opaque(shifted - Constants::round_magic);
     return (angle - quarters * Constants::half_pi[0]) - quarters * Constants::half_pi[1];
   }
 
-  NFOPIDN_INLINE static Heading<Scalar> turned(Scalar rest, Bits quadrant) {
+  NFOPIDN_INLINE static constexpr Heading<Scalar> turned(Scalar rest, Bits quadrant) {
     const Scalar square = rest * rest;
-    Scalar sine;
-    Scalar cosine;
+    Scalar sine = 0;
+    Scalar cosine = 0;
     if constexpr (is_single) {
       sine = single::sine(rest, square);
       cosine = single::cosine(square);
@@ -258,7 +258,7 @@ struct math {
   }
 
   // 2^n, where n is the whole number in the low bits of n + round_magic.
-  static Scalar power_of_two(Scalar shifted) {
+  static constexpr Scalar power_of_two(Scalar shifted) {
     const Bits magic = kernel::bit_cast<Bits>(Constants::round_magic);
     const Bits exponent = kernel::bit_cast<Bits>(shifted) - magic + Constants::exponent_bias;
     return kernel::bit_cast<Scalar>(Bits(exponent << Constants::mantissa_bits));

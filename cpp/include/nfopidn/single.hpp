@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "nfopidn/coefficients.hpp"
-#include "nfopidn/inlining.hpp"
 
 namespace nfopidn::single {
 
@@ -33,7 +32,8 @@ NFOPIDN_INLINE constexpr float cosine(float square) noexcept {
 NFOPIDN_INLINE constexpr float wrap(float angle) noexcept {
   // 2 pi in two parts, of which the first has 8 bits.
   constexpr float turn[] = {6.28125F, 1.93530717958647692e-3F};
-  const float turns = (angle * (1 / (2 * pi)) + round_magic) - round_magic;
+  const float shifted = kernel::opaque(angle * (1 / (2 * pi)) + round_magic);
+  const float turns = kernel::opaque(shifted - round_magic);
   const float rest = (angle - turns * turn[0]) - turns * turn[1];
   if (rest >= pi) return rest - 2 * pi < -pi ? -pi : rest - 2 * pi;
   return rest < -pi ? rest + 2 * pi : rest;
@@ -51,8 +51,8 @@ NFOPIDN_INLINE constexpr float limited(float value, float limit) noexcept {
 NFOPIDN_INLINE constexpr float sigmoid_of_power(float power) noexcept {
   // The exponent's bias rides on the number that rounds, so that a shift makes 2^n.
   constexpr float biased_magic = round_magic + 127;
-  const float shifted = power + biased_magic;
-  const float fraction = power - (shifted - biased_magic);
+  const float shifted = kernel::opaque(power + biased_magic);
+  const float fraction = power - kernel::opaque(shifted - biased_magic);
   const float scale = __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, shifted) << 23);
   const float square = fraction * fraction;
   const float odd = fraction * (Constants::exponential_q[0] + Constants::exponential_q[1] * square);

@@ -88,7 +88,8 @@ struct math<Lanes<width, count>> : private Instructions<width> {
   // To [-pi, pi].
   NFOPIDN_INLINE static Scalar wrap(const Scalar& angle) {
     constexpr Base whole[] = {4 * Constants::half_pi[0], 4 * Constants::half_pi[1]};
-    const Scalar turns = (angle * (1 / (2 * pi)) + magic) - magic;
+    Scalar turns = angle * (1 / (2 * pi)) + magic;
+    for (auto& part : turns.part) part = kernel::opaque<Real>(kernel::opaque<Real>(part) - magic);
     return (angle - turns * whole[0]) - turns * whole[1];
   }
 
@@ -193,8 +194,8 @@ struct math<Lanes<width, count>> : private Instructions<width> {
     for (int i = 0; i < count; ++i) {
       if (!any_over(square[i], small_angle * small_angle)) continue;
       const Real half_turns = angle.part[i] * (1 / pi);
-      const Real shifted = half_turns + magic;
-      const Real r = half_turns - (shifted - magic);
+      const Real shifted = kernel::opaque<Real>(half_turns + magic);
+      const Real r = half_turns - kernel::opaque<Real>(shifted - magic);
       const Bits odd = reinterpret_cast<Bits>(shifted) << 63;
       const Real sign = reinterpret_cast<Real>(reinterpret_cast<Bits>(Real{} + 1.0) ^ odd);
       const Real x = r * r;
@@ -232,8 +233,8 @@ struct math<Lanes<width, count>> : private Instructions<width> {
     Real above[channels], below[channels];
     for (int i = 0; i < channels; ++i) {
       const Real power = clip(net[i * count] * powers, saturation);
-      const Real shifted = power + magic;
-      const Real f = power - (shifted - magic);
+      const Real shifted = kernel::opaque<Real>(power + magic);
+      const Real f = power - kernel::opaque<Real>(shifted - magic);
       const Bits exponent = reinterpret_cast<Bits>(shifted) << 52;
       const Real f_square = f * f;
       const Real odd = horner(f_square, Constants::exponential_q) * f;

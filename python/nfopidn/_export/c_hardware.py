@@ -6,6 +6,7 @@ import numpy as np
 
 from nfopidn._core import Scenario, __version__
 from nfopidn._export.design import folded, fragment, literal, template
+from nfopidn._export.self_test import self_test_text
 
 
 def hardware_texts(scenario: Scenario | None, name: str) -> dict[str, str]:
@@ -34,11 +35,20 @@ def hardware_texts(scenario: Scenario | None, name: str) -> dict[str, str]:
         "sample_time": literal(dt),
         "track_width": literal(track),
         "wheel_radius": literal(radius),
+        "compiler": template("compiler.c").substitute(name=name),
         "functions": "\n".join(fragment(f"{part}.c") for part in ("angle", "bits", "heading")),
         # As Acceleration and VelocityOutput compute them in float.
         "drive": literal(dt * (one / (mass * radius))),
         "steer": literal(dt * (track / (two * inertia * radius))),
     }
+    words["self_test"] = self_test_text(
+        words,
+        function=f"{name}_hardware_self_test",
+        before=f"{name}_self_test()",
+        heading=True,
+        neuron=False,
+        guard=True,
+    )
     return {
         f"{name}_hardware.{kind}": template(f"hardware.{kind}").substitute(words)
         for kind in ("h", "c")

@@ -15,6 +15,7 @@ from nfopidn._export.design import (
     table,
     template,
 )
+from nfopidn._export.self_test import self_test_text
 
 
 def _errors(controller: Controller, design: Design) -> str:
@@ -91,12 +92,21 @@ def law_texts(
         "reverse_note": "" if controller.lateral == "direction" else "; not read",
         "stdint": "\n#include <stdint.h>\n" if robot or sigmoid else "",
         "taps": table(design.taps).removesuffix(","),
+        "compiler": template("compiler.c").substitute(name=name),
         "functions": _functions(controller),
         "errors": _errors(controller, design),
         "neuron": "neuron" if sigmoid else "",
         "allocation": f"  torques.left = {left};\n  torques.right = {right};",
         "form": _form(controller),
     }
+    words["self_test"] = self_test_text(
+        words,
+        function=f"{name}_self_test",
+        before=f"{name.upper()}_SELF_TEST_OK",
+        heading=robot,
+        neuron=sigmoid,
+        guard=False,
+    )
     texts = {}
     for kind in ("h", "c"):
         repeat = template(f"repeat.{kind}").substitute(words) if repeats else ""
