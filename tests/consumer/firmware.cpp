@@ -1,6 +1,8 @@
 // The second translation unit: the same headers again, in float.
 #include "nfopidn/firmware.hpp"
 
+bool firmware_has_every_bit() { return nfopidn::self_test<float>() == nfopidn::SelfTest::ok; }
+
 float firmware_torque() {
   nfopidn::Controller<float, nfopidn::Fir<float, 7>> controller;
   controller.configure({});
