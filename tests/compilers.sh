@@ -48,3 +48,21 @@ refused "without -ffast-math" g++ -std=c++17 -funsafe-math-optimizations
 refused "without -ffast-math" g++ -std=c++17 -fassociative-math -fno-signed-zeros -fno-trapping-math
 refused "excess precision" g++-12 -std=c++17 -m32 -mfpmath=387
 echo "compilers: every option works or is refused"
+
+# Every standard; without the C++ standard library, as toolchains for small processors are; and after
+# the Arduino core, which takes common words as macros. firmware.hpp and every header it has, alone.
+zone=$(g++ -std=c++17 -Icpp/include -MM cpp/include/nfopidn/firmware.hpp | grep -o 'nfopidn/[a-z_0-9/]*\.hpp')
+for compiler in g++ g++-11 clang++; do
+  for standard in 17 20 2b; do
+    for header in $zone; do echo "#include \"$header\""; done |
+      "$compiler" -std=c++$standard -nostdinc++ "${warnings[@]}" -include tests/compilers/arduino.hpp \
+        -Icpp/include -fsyntax-only -x c++ - || fail "$compiler, C++$standard, firmware zone"
+  done
+done
+for header in $zone; do
+  g++ -std=c++17 -nostdinc++ "${warnings[@]}" -Icpp/include -fsyntax-only -x c++ -include "$header" \
+    /dev/null || fail "$header alone"
+done
+refused "needs C++17" g++ -std=c++14
+refused "needs C++17" clang++ -std=c++14
+echo "compilers: the firmware zone needs a compiler and <stdint.h>, in C++17, 20 and 23"

@@ -259,9 +259,9 @@ TYPED_TEST(Math, SmallHelpers) {
   EXPECT_EQ(M::absolute(3), number(3));
   EXPECT_EQ(M::select(true, 1, 2), number(1));
   EXPECT_EQ(M::select(false, 1, 2), number(2));
-  EXPECT_EQ(M::round(number(2.5)), number(2));
-  EXPECT_EQ(M::round(number(3.5)), number(4));
-  EXPECT_EQ(M::round(number(-2.6)), number(-3));
+  EXPECT_EQ(M::nearest(number(2.5)), number(2));
+  EXPECT_EQ(M::nearest(number(3.5)), number(4));
+  EXPECT_EQ(M::nearest(number(-2.6)), number(-3));
   EXPECT_EQ(M::identity(number(0.7)), number(0.7));
   EXPECT_TRUE(M::is_finite(std::numeric_limits<TypeParam>::max()));
   EXPECT_TRUE(M::all());

@@ -1,10 +1,8 @@
 // L2. New gains, another reference or another controller without a step in the torques.
 #pragma once
 
-#include <type_traits>
-#include <utility>
-
 #include "nfopidn/reference.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
@@ -13,7 +11,8 @@ namespace detail {
 template <class Law, class = void>
 constexpr bool stops_by_itself = false;
 template <class Law>
-constexpr bool stops_by_itself<Law, std::void_t<decltype(std::declval<Law&>().fault())>> = true;
+constexpr bool stops_by_itself<Law, traits::void_t<decltype(traits::declval<Law&>().fault())>> =
+    true;
 
 }  // namespace detail
 

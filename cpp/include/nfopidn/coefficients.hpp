@@ -1,7 +1,7 @@
 // L0. Coefficients of the elementary functions: minimax fits made with mpmath.
 #pragma once
 
-#include <cstdint>
+#include <stdint.h>  // <cstdint> is not everywhere
 
 #include "nfopidn/compiler.hpp"
 
@@ -51,8 +51,9 @@ struct Coefficients<double> {
   // pi/2 in two parts; the first has 33 bits, so that n times it is exact for |n| < 2^20.
   static constexpr double half_pi[] = {1.5707963267341256, 6.07710050650619224932e-11};
   static constexpr double round_magic = 6755399441055744.0;  // 1.5 * 2^52
-  using Bits = std::uint64_t;
-  using SignedBits = std::int64_t;
+  using Bits = uint64_t;
+  using SignedBits = int64_t;
+  static constexpr double epsilon = 2.2204460492503130808e-16;  // 2^-52
   static constexpr int mantissa_bits = 52;
   static constexpr Bits exponent_bias = 1023;
 };
@@ -71,8 +72,9 @@ struct Coefficients<float> {
                                          0.079867376412963420527F};
   static constexpr float half_pi[] = {1.5703125F, 4.83826794896619e-4F};
   static constexpr float round_magic = 12582912.0F;  // 1.5 * 2^23
-  using Bits = std::uint32_t;
-  using SignedBits = std::int32_t;
+  using Bits = uint32_t;
+  using SignedBits = int32_t;
+  static constexpr float epsilon = 1.1920928955078125e-7F;  // 2^-23
   static constexpr int mantissa_bits = 23;
   static constexpr Bits exponent_bias = 127;
 };

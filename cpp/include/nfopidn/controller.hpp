@@ -1,11 +1,9 @@
 // L2. The nonlinear fractional-order PID neural controller: the law, once, for every Scalar.
 #pragma once
 
-#include <type_traits>
-#include <utility>
-
 #include "nfopidn/reference.hpp"
 #include "nfopidn/structure.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
@@ -36,7 +34,7 @@ struct SpareTorque {
   }
 };
 template <class Scalar>
-struct SpareTorque<Scalar, std::enable_if_t<std::is_floating_point_v<Scalar>>> {
+struct SpareTorque<Scalar, traits::enable_if_t<traits::is_floating_point<Scalar>>> {
   template <class Structure>
   constexpr void choose_spare(const Structure& /*structure*/, Scalar /*limit*/) {}
   static constexpr bool covers(Scalar /*feedforward*/) { return false; }
@@ -95,7 +93,7 @@ class Controller : private detail::SpareTorque<Scalar> {  // a base, so that non
   }
 
   // A filter that is not made of taps alone.
-  void set_filter(Filter filter) { filter_ = std::move(filter); }
+  void set_filter(Filter filter) { filter_ = static_cast<Filter&&>(filter); }
 
   constexpr void reset() noexcept {
     filter_.reset();
@@ -212,7 +210,7 @@ class Controller : private detail::SpareTorque<Scalar> {  // a base, so that non
   }
 
   NFOPIDN_INLINE constexpr TorquePair<Scalar> limited(const TorquePair<Scalar>& torque) const {
-    if constexpr (std::is_same_v<Scalar, float>) {
+    if constexpr (traits::is_same<Scalar, float>) {
       return {single::limited(torque.left, limit_), single::limited(torque.right, limit_)};
     } else {
       if (M::within(torque.left, torque.right, limit_)) return torque;

@@ -6,8 +6,6 @@
 // more than max_pieces events goes through the last piece without looking for more.
 #pragma once
 
-#include <limits>
-
 #include "nfopidn/friction.hpp"
 #include "nfopidn/glide.hpp"
 
@@ -18,7 +16,7 @@ namespace exact {
 constexpr int max_pieces = 16;
 
 template <class Base>
-constexpr Base rounding = Base(4096) * std::numeric_limits<Base>::epsilon();
+constexpr Base rounding = Base(4096) * kernel::Coefficients<Base>::epsilon;
 
 // The first time in (0, span] at which the function, positive just after 0, becomes negative;
 // span if it does not. The function rises and falls at most once each, `slope` being its

@@ -1,11 +1,9 @@
 // L2. The closed loop: control, cost and motion, sample by sample.
 #pragma once
 
-#include <type_traits>
-#include <utility>
-
 #include "nfopidn/controller.hpp"
 #include "nfopidn/plant.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
@@ -130,11 +128,11 @@ namespace detail {
 template <class Scalar, class = void>
 constexpr bool remembers_turns = false;
 template <class Scalar>
-constexpr bool remembers_turns<Scalar, std::void_t<typename math<Scalar>::Turn>> = true;
+constexpr bool remembers_turns<Scalar, traits::void_t<typename math<Scalar>::Turn>> = true;
 template <class Scalar, class = void>
 constexpr bool looks_beside = false;
 template <class Scalar>
-constexpr bool looks_beside<Scalar, std::void_t<decltype(&math<Scalar>::heading_beside)>> = true;
+constexpr bool looks_beside<Scalar, traits::void_t<decltype(&math<Scalar>::heading_beside)>> = true;
 
 // Where the robot looks, sample by sample: the angle between it and the reference, given as it
 // comes, is taken to [-pi, pi], and the robot's cosine and sine are found.
@@ -173,10 +171,11 @@ struct Lookout<Scalar, false, true> {
 template <class Law, class Scalar, class = void>
 constexpr bool takes_errors = false;
 template <class Law, class Scalar>
-constexpr bool takes_errors<Law, Scalar,
-                            std::void_t<decltype(std::declval<Law&>().step(
-                                std::declval<Channels<Scalar>>(), std::declval<Heading<Scalar>>(),
-                                std::declval<ReferenceSample<base_t<Scalar>>>()))>> = true;
+constexpr bool
+    takes_errors<Law, Scalar,
+                 traits::void_t<decltype(traits::declval<Law&>().step(
+                     traits::declval<Channels<Scalar>>(), traits::declval<Heading<Scalar>>(),
+                     traits::declval<ReferenceSample<base_t<Scalar>>>()))>> = true;
 
 // Without noise the true and the measured pose are one, and its cosine and sine are computed once.
 template <bool noisy, class Scalar, class Law, class Meter, class Observer>

@@ -3,9 +3,8 @@
 // depend on the machine it was computed on.
 #pragma once
 
-#include <type_traits>
-
 #include "nfopidn/single.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
@@ -82,7 +81,7 @@ struct math {
   static constexpr bool has_order = true;     // comparisons give one answer, so code may branch
 
   // Nearest whole number, ties to even, for |value| < 2^(mantissa_bits - 2).
-  static constexpr Scalar round(Scalar value) {
+  static constexpr Scalar nearest(Scalar value) {
     return kernel::opaque(kernel::opaque(value + Constants::round_magic) - Constants::round_magic);
   }
 
@@ -110,7 +109,7 @@ struct math {
   NFOPIDN_INLINE static constexpr Scalar wrap(Scalar angle) {
     if constexpr (is_single) return single::wrap(angle);
     if (angle >= -pi && angle < pi) return angle;
-    const Scalar turns = round(angle * Scalar(1 / (2 * pi)));
+    const Scalar turns = nearest(angle * Scalar(1 / (2 * pi)));
     const Scalar rest =
         (angle - turns * (4 * Constants::half_pi[0])) - turns * (4 * Constants::half_pi[1]);
     if (rest >= pi) return rest - 2 * pi < -pi ? -pi : rest - 2 * pi;
@@ -206,7 +205,7 @@ struct math {
   }
 
  private:
-  static constexpr bool is_single = std::is_same_v<Scalar, float>;
+  static constexpr bool is_single = traits::is_same<Scalar, float>;
 
   NFOPIDN_INLINE static constexpr Scalar branching_sigmoid(Scalar net) {
     if (net <= Constants::small_net && net >= -Constants::small_net) {

@@ -1,9 +1,8 @@
 // L2. Wheels of a real robot: whose is the left one, how far they rolled, where that leads.
 #pragma once
 
-#include <type_traits>
-
 #include "nfopidn/robot.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
@@ -40,8 +39,8 @@ State<Scalar> odometry(const State<Scalar>& state, Scalar left, Scalar right,
 template <class Scalar, class Count>
 constexpr Scalar rolled(Count before, Count now, Scalar ticks_per_turn,
                         Scalar wheel_radius) noexcept {
-  static_assert(std::is_unsigned_v<Count>, "only an unsigned counter wraps around as defined");
-  using Signed = std::make_signed_t<Count>;
+  static_assert(traits::is_unsigned<Count>, "only an unsigned counter wraps around as defined");
+  using Signed = traits::make_signed_t<Count>;
   const auto ticks = static_cast<Signed>(static_cast<Count>(now - before));
   return static_cast<Scalar>(ticks) * (2 * math<Scalar>::pi * wheel_radius / ticks_per_turn);
 }

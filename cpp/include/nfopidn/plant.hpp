@@ -1,10 +1,9 @@
 // L1. One sample of the robot's motion under constant torques, by either integrator.
 #pragma once
 
-#include <type_traits>
-
 #include "nfopidn/exact_motion.hpp"
 #include "nfopidn/friction.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
@@ -74,7 +73,7 @@ class Plant {
     const State<Scalar> before = state;
     state.v = state.v + sum * drive_gain_;
     state.omega = state.omega + difference * steer_gain_;
-    if constexpr (std::is_floating_point_v<Scalar>) {
+    if constexpr (traits::is_floating_point<Scalar>) {
       if (!has_friction_) {
         // The sums below with what is known before the torque summed first: it is known last, and
         // everything waits for it. Many lanes at once have no waiting to shorten.

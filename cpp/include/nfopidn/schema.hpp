@@ -5,17 +5,16 @@
 // that calls visit(Field) for each field in order. A choice (an enum) has a ChoiceNames.
 #pragma once
 
-#include <limits>
-#include <type_traits>
-#include <utility>
-
 #include "nfopidn/status.hpp"
+#include "nfopidn/traits.hpp"
 
 namespace nfopidn {
 
+constexpr double infinity = __builtin_inf();
+
 struct Range {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
+  double low = -infinity;
+  double high = infinity;
   bool low_open = false;   // low itself is refused
   bool high_open = false;  // high itself is refused
 
@@ -28,12 +27,8 @@ struct Range {
 };
 
 constexpr Range any_number() { return {}; }
-constexpr Range greater_than(double low) {
-  return {low, std::numeric_limits<double>::infinity(), true, false};
-}
-constexpr Range at_least(double low) {
-  return {low, std::numeric_limits<double>::infinity(), false, false};
-}
+constexpr Range greater_than(double low) { return {low, infinity, true, false}; }
+constexpr Range at_least(double low) { return {low, infinity, false, false}; }
 constexpr Range between(double low, double high) { return {low, high, false, false}; }
 
 template <class Owner, class Value>
@@ -70,18 +65,20 @@ namespace detail {
 template <class Value, class = void>
 constexpr bool has_elements = false;
 template <class Value>
-constexpr bool has_elements<Value, std::void_t<decltype(std::declval<const Value&>().begin())>> =
-    true;
+constexpr bool
+    has_elements<Value, traits::void_t<decltype(traits::declval<const Value&>().begin())>> = true;
 template <class Value, class = void>
 constexpr bool may_be_absent = false;
 template <class Value>
 constexpr bool
-    may_be_absent<Value, std::void_t<decltype(std::declval<const Value&>().has_value())>> = true;
+    may_be_absent<Value, traits::void_t<decltype(traits::declval<const Value&>().has_value())>> =
+        true;
 template <class Value, class = void>
 constexpr bool wraps_elements = false;
 template <class Value>
 constexpr bool
-    wraps_elements<Value, std::void_t<decltype(std::declval<const Value&>().value.begin())>> = true;
+    wraps_elements<Value, traits::void_t<decltype(traits::declval<const Value&>().value.begin())>> =
+        true;
 
 struct RangeCheck {
   Finding finding;
@@ -100,13 +97,13 @@ struct RangeCheck {
       if (value.has_value()) check(name, range, *value);
     } else if constexpr (wraps_elements<Value>) {
       check(name, range, value.value);
-    } else if constexpr (std::is_array_v<Value> || has_elements<Value>) {
+    } else if constexpr (traits::is_array<Value> || has_elements<Value>) {
       for (const auto& element : value) check(name, range, element);
-    } else if constexpr (std::is_class_v<Value> && std::is_convertible_v<Value, int>) {
+    } else if constexpr (traits::is_class<Value> && traits::is_convertible<Value, int>) {
       if (!value.is_infinite()) number(name, range, static_cast<int>(value));
-    } else if constexpr (std::is_class_v<Value>) {
+    } else if constexpr (traits::is_class<Value>) {
       check(name, range, value.matrix);
-    } else if constexpr (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>) {
+    } else if constexpr (traits::is_arithmetic<Value> && !traits::is_same<Value, bool>) {
       number(name, range, value);
     }
   }

@@ -3,7 +3,7 @@
 // by side and guess branches.
 #pragma once
 
-#include <cstdint>
+#include <stdint.h>  // <cstdint> is not everywhere
 
 #include "nfopidn/coefficients.hpp"
 
@@ -53,7 +53,7 @@ NFOPIDN_INLINE constexpr float sigmoid_of_power(float power) noexcept {
   constexpr float biased_magic = round_magic + 127;
   const float shifted = kernel::opaque(power + biased_magic);
   const float fraction = power - kernel::opaque(shifted - biased_magic);
-  const float scale = __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, shifted) << 23);
+  const float scale = __builtin_bit_cast(float, __builtin_bit_cast(uint32_t, shifted) << 23);
   const float square = fraction * fraction;
   const float odd = fraction * (Constants::exponential_q[0] + Constants::exponential_q[1] * square);
   const float even = Constants::exponential_p[0] + square;
