@@ -209,9 +209,10 @@ def _add_export(commands: Any) -> None:
     add(
         "--hardware",
         action="store_true",
-        help="in C, also NAME_hardware.h and .c: what stands between the law and a real robot",
+        help="in C, also NAME_hardware.h and .c: what stands between the law and a real robot; "
+        "needs --scenario",
     )
-    add("--reference", action="store_true", help="also the scenario's reference, as a table")
+    add("--reference", action="store_true", help="also the reference, as a table; needs --scenario")
     add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")
     parser.set_defaults(run=_export)
 

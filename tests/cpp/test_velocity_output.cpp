@@ -60,6 +60,28 @@ TYPED_TEST(Velocities, KeepEveryLimitAndDoNotWindUp) {
   EXPECT_LT(output.step({TypeParam(-0.01), TypeParam(-0.01)}).v, limits.v);
 }
 
+// A limit of -1 m/s would drive the robot backwards at 1 m/s, and one that is NaN would limit
+// nothing.
+TYPED_TEST(Velocities, ALimitThatIsNoneIsSaidAndStopsTheBase) {
+  using Limits = VelocityLimits<TypeParam>;
+  EXPECT_EQ(Limits().validate(), Status::ok);
+  EXPECT_EQ((Limits{0, 0, infinite<TypeParam>, 1}.validate()), Status::ok);
+  for (const TypeParam bad : {TypeParam(-1), not_a_number<TypeParam>}) {
+    const Status expected = bad == bad ? Status::out_of_range : Status::not_finite;
+    for (TypeParam Limits::*member :
+         {&Limits::v, &Limits::omega, &Limits::acceleration, &Limits::angular_acceleration}) {
+      Limits limits = {1, 1, 1, 1};
+      limits.*member = bad;
+      EXPECT_EQ(limits.validate(), expected);
+      VelocityOutput<TypeParam> output(Robot<TypeParam>::eddie(), this->dt, limits);
+      const bool drives = member == &Limits::v || member == &Limits::acceleration;
+      for (int k = 0; k < 5; ++k) output.step({3, 1});
+      EXPECT_EQ(output.velocity().v == 0, drives);
+      EXPECT_EQ(output.velocity().omega == 0, !drives);
+    }
+  }
+}
+
 TYPED_TEST(Velocities, GoOnFromWhatIsMeasured) {
   const VelocityLimits<TypeParam> limits = {1, 1, 1, 1};
   VelocityOutput<TypeParam> output(Robot<TypeParam>::eddie(), this->dt, limits);

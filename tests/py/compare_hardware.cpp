@@ -173,14 +173,15 @@ void compare_wheels() {
   }
 }
 
-void compare_velocities() {
-  Subject subject("velocities");
-  const eddie_velocity_limits limits = {0.7F, 2.5F, 1.5F, 9.0F};
+void compare_velocities(Subject& subject, const eddie_velocity_limits& limits) {
   VelocityOutput<float> ours(
       robot, SAMPLE_TIME,
       {limits.v, limits.omega, limits.acceleration, limits.angular_acceleration});
   eddie_velocity_output theirs;
-  eddie_velocity_init(&theirs, &limits);
+  const VelocityLimits<float> same = {limits.v, limits.omega, limits.acceleration,
+                                      limits.angular_acceleration};
+  subject.compare(same.validate() == Status::ok ? 1 : 0,
+                  static_cast<float>(eddie_velocity_init(&theirs, &limits)));
   for (int k = 0; k < 5000; ++k) {
     const eddie_torques torques = {chance(95) ? draw(3) : bad_number(),
                                    chance(95) ? draw(3) : bad_number()};
@@ -197,6 +198,14 @@ void compare_velocities() {
     subject.compare_wheels(to_rep103(wheel_speeds(robot, our.v, our.omega)),
                            eddie_speeds_of_wheels(&their));
   }
+}
+
+void compare_velocities() {
+  Subject subject("velocities");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  compare_velocities(subject, {0.7F, 2.5F, 1.5F, 9.0F});
+  compare_velocities(subject, {-0.7F, 2.5F, 1.5F, nan});
+  compare_velocities(subject, {nan, 0.0F, -1.5F, 9.0F});
 }
 
 void compare_samples(Subject& subject, const ReferenceSample<float>& our,

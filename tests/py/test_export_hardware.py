@@ -126,14 +126,15 @@ def test_a_lap_ends_where_the_heading_is_the_first_again(laps, closes, tmp_path)
     assert ("not closed" in header) is not closes
 
 
-def test_without_a_scenario_the_robot_is_the_papers(tmp_path):
-    _, _, header, source = nfopidn.export_c(Controller.published(), tmp_path, hardware=True)
-    text = header.read_text()
-    assert "TRACK_WIDTH 0.452F" in text
-    assert "WHEEL_RADIUS 0.076F" in text
-    assert "SAMPLE_TIME 0.2F" in text
-    assert "No scenario" in text
-    assert source.exists()
+def test_hardware_needs_a_scenario(tmp_path, capsys):
+    """Whose robot and sample time would it be?"""
+    with pytest.raises(ValueError, match=r"robot, sample time\) without a scenario"):
+        nfopidn.export_c(Controller.published(), tmp_path / "out", hardware=True)
+    file = tmp_path / "controller.json"
+    Controller.published().save(file)
+    assert main(["export", str(file), "--hardware", "-o", str(tmp_path / "out")]) == 2
+    assert "give a scenario" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("exporting", [nfopidn.export_c, nfopidn.export_cpp])

@@ -11,19 +11,29 @@ struct Velocity {
   Scalar omega;  // counter-clockwise [rad/s]
 };
 
-// Of either direction. The defaults limit nothing.
+// Of either direction, each 0 or more. The defaults limit nothing.
 template <class Base>
 struct VelocityLimits {
   Base v = Base(1e30);                     // [m/s]
   Base omega = Base(1e30);                 // [rad/s]
   Base acceleration = Base(1e30);          // [m/s^2]
   Base angular_acceleration = Base(1e30);  // [rad/s^2]
+
+  constexpr Status validate() const noexcept {
+    const Base limits[] = {v, omega, acceleration, angular_acceleration};
+    for (const Base limit : limits) {
+      if (limit != limit) return Status::not_finite;
+      if (limit < Base(0)) return Status::out_of_range;
+    }
+    return Status::ok;
+  }
 };
 
 // The velocities that the torques would give the nominal robot, without friction: overcoming that
 // is the work of the base's own speed loop. Within the limits, and so is what is remembered: a
-// velocity at its limit leaves it with the first torque that points back. Call step() once a
-// sample.
+// velocity at its limit leaves it with the first torque that points back. A limit that is negative
+// or no number (VelocityLimits::validate() says so) counts as 0: the base does not move. Call
+// step() once a sample.
 template <class Scalar>
 class VelocityOutput {
  public:
@@ -34,8 +44,8 @@ class VelocityOutput {
                            const VelocityLimits<Base>& limits = {}) noexcept
       : drive_(dt * Acceleration<Base>(robot).drive),
         steer_(dt * Acceleration<Base>(robot).steer),
-        limits_{limits.v, limits.omega, dt * limits.acceleration,
-                dt * limits.angular_acceleration} {}
+        limits_{usable(limits.v), usable(limits.omega), usable(dt * limits.acceleration),
+                usable(dt * limits.angular_acceleration)} {}
 
   // Torques in the paper's sign, as the controller gives them. Ones that are no numbers change
   // nothing.
@@ -58,6 +68,7 @@ class VelocityOutput {
   constexpr const Velocity<Scalar>& velocity() const noexcept { return velocity_; }
 
  private:
+  static constexpr Base usable(Base limit) noexcept { return limit >= Base(0) ? limit : Base(0); }
   static constexpr Scalar next(Scalar last, Scalar change, Base limit, Base step) noexcept {
     const Scalar wanted = change == change ? last + change : last;
     return clipped(clipped(wanted, -limit, limit), last - step, last + step);

@@ -18,10 +18,14 @@ from nfopidn._export.design import check_name, design_of, write
 from nfopidn._export.reference import c_reference_texts
 
 
+def _asked(wanted: bool, what: str, scenario: Scenario | None) -> Scenario | None:
+    if wanted and scenario is None:
+        raise ValueError(f"{what} without a scenario, which has it; give a scenario")
+    return scenario if wanted else None
+
+
 def _referenced(scenario: Scenario | None, reference: bool) -> Scenario | None:
-    if reference and scenario is None:
-        raise ValueError("reference is asked for without a scenario, which has it; give a scenario")
-    return scenario if reference else None
+    return _asked(reference, "reference is asked for", scenario)
 
 
 def export_c(
@@ -54,7 +58,7 @@ def export_c(
     hardware
         Also write ``name_hardware.h`` and ``name_hardware.c``: bad and missed measurements, starts
         and changes without a kick, odometry, signs, velocities for bases that take no torques. The
-        scenario gives robot and sample time (without one: the paper's).
+        scenario, which must be given, has the robot and the sample time.
     reference
         Also write ``name_reference.h`` and ``name_reference.c``: the scenario's reference, a table.
 
@@ -67,16 +71,17 @@ def export_c(
     ------
     ValueError
         A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
-        range of single precision, or a reference without a scenario.
+        range of single precision, or a reference or hardware without a scenario.
     OSError
         A file cannot be written.
     """
     check_name(name)
     design = design_of(no_rival(controller), scenario)
     path = _referenced(scenario, reference)
+    robot = _asked(hardware, "hardware is asked for (robot, sample time)", scenario)
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
-    if hardware:
-        texts |= hardware_texts(scenario, name)
+    if robot is not None:
+        texts |= hardware_texts(robot, name)
     if path is not None:
         texts |= c_reference_texts(path, name)
     return write(directory, texts)

@@ -9,10 +9,9 @@ from nfopidn._export.design import folded, fragment, literal, template
 from nfopidn._export.self_test import self_test_text
 
 
-def hardware_texts(scenario: Scenario | None, name: str) -> dict[str, str]:
-    """Header and source by file. Without a scenario: the published one's robot and sample time."""
-    known = Scenario.published(rng=0) if scenario is None else scenario
-    robot, dt = known.robot, np.float32(known.trajectory.dt)
+def hardware_texts(scenario: Scenario, name: str) -> dict[str, str]:
+    """Header and source by file."""
+    robot, dt = scenario.robot, np.float32(scenario.trajectory.dt)
     mass, inertia = np.float32(robot.mass), np.float32(robot.inertia)
     track, radius = np.float32(robot.track_width), np.float32(robot.wheel_radius)
     one, two = np.float32(1), np.float32(2)
@@ -21,17 +20,7 @@ def hardware_texts(scenario: Scenario | None, name: str) -> dict[str, str]:
         "name_reset": f"{name}_reset",
         "guard": name.upper(),
         "version": __version__,
-        "origin": folded(
-            [
-                f"Robot: {robot!r}",
-                *(
-                    ["No scenario was given: robot and sample time are the paper's."]
-                    if scenario is None
-                    else []
-                ),
-            ],
-            " * ",
-        ),
+        "origin": folded([f"Robot: {robot!r}"], " * "),
         "sample_time": literal(dt),
         "track_width": literal(track),
         "wheel_radius": literal(radius),
