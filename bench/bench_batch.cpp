@@ -50,7 +50,7 @@ void lanes(benchmark::State& state, InstructionSet set) {
 BENCHMARK_CAPTURE(lanes, avx512, InstructionSet::avx512);
 BENCHMARK_CAPTURE(lanes, avx2, InstructionSet::avx2);
 BENCHMARK_CAPTURE(lanes, sse2, InstructionSet::sse2);
-BENCHMARK_CAPTURE(lanes, neon, InstructionSet::neon);
+BENCHMARK_CAPTURE(lanes, generic, InstructionSet::generic);
 
 void gradient(benchmark::State& state) {
   const Scenario scenario = Scenario::published();

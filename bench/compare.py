@@ -25,9 +25,9 @@ ROUNDS = 7
 LANE_BARS = {"avx512": 3.0, "avx2": 6.1, "sse2": 14.0}
 # Vector operations of a step at memory 5, without its loads, and doubles a vector.
 STEP_OPERATIONS = 144
-LANE_WIDTHS = {"avx512": 8, "avx2": 4, "sse2": 2, "neon": 2}
+LANE_WIDTHS = {"avx512": 8, "avx2": 4, "sse2": 2, "generic": 2}
 # Vector operations that a core starts in a cycle, at most.
-LANE_STARTS = {"avx512": 2, "avx2": 3, "sse2": 3, "neon": 4}
+LANE_STARTS = {"avx512": 2, "avx2": 3, "sse2": 3, "generic": 4}
 NUMBA_BAR = 25.0  # so many times as long as the fastest lanes
 BARS = {"plain Python": 60.0, "NumPy": 200.0, "numba": 1.2}
 

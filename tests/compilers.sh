@@ -66,3 +66,59 @@ done
 refused "needs C++17" g++ -std=c++14
 refused "needs C++17" clang++ -std=c++14
 echo "compilers: the firmware zone needs a compiler and <stdint.h>, in C++17, 20 and 23"
+
+# A search ends at the same bits whatever the processor and Eigen's vectors: here, without Eigen's
+# vectors, in 32 bits, and on aarch64 in the emulator, where lanes are the generic unit.
+googletest=/usr/src/googletest/googletest
+common=(-std=c++17 -O1 -ffp-contract=off -w -pthread -Icpp/include -Icpp/src
+  -isystem /usr/include/eigen3 -isystem "$googletest/include"
+  -DNFOPIDN_GOLDEN="\"$PWD/tests/golden\"")
+generic=(cpp/src/batch/dispatch.cpp cpp/src/batch/kernel_generic.cpp)
+probe() { # a name, compiler and options
+  local out=$folder/probe_$1
+  shift
+  "$@" "${common[@]}" tests/cpp/batch_probe.cpp -o "$out"
+}
+bits() { # a name, and a program to run it by
+  "${@:2}" "$folder/probe_$1" 3000 | cut -d' ' -f2-
+}
+
+units=()
+for unit in sse2 avx2 avx512; do
+  flags=()
+  [[ $unit == avx2 ]] && flags=(-mavx2)
+  [[ $unit == avx512 ]] && flags=(-mavx512f -mavx512dq -mavx512vl)
+  g++ "${common[@]}" -O3 "${flags[@]}" -fno-exceptions -c "cpp/src/batch/kernel_$unit.cpp" \
+    -o "$folder/$unit.o"
+  units+=("$folder/$unit.o")
+done
+probe here g++ cpp/src/batch/dispatch.cpp "${units[@]}"
+probe plain_eigen g++ -DEIGEN_DONT_VECTORIZE cpp/src/batch/dispatch.cpp "${units[@]}"
+# Debian has <asm/errno.h> where 64 bits look for it.
+probe bits32 g++-12 -m32 -msse2 -mfpmath=sse -idirafter /usr/include/x86_64-linux-gnu "${generic[@]}"
+probe aarch64 aarch64-linux-gnu-g++ -static "${generic[@]}"
+here=$(bits here)
+for other in "plain_eigen" "bits32" "aarch64 qemu-aarch64"; do
+  read -ra words <<<"$other"
+  [[ $(bits "${words[@]}") == "$here" ]] || fail "$other: the search ends elsewhere"
+done
+echo "compilers: a search ends at the same bits on x86-64, in 32 bits and on aarch64"
+
+aarch64-linux-gnu-g++ -static "${common[@]}" -I"$googletest" "$googletest/src/gtest-all.cc" \
+  "$googletest/src/gtest_main.cc" tests/cpp/test_lanes.cpp tests/cpp/test_batch.cpp \
+  tests/cpp/test_self_test.cpp "${generic[@]}" -o "$folder/tests_aarch64"
+qemu-aarch64 "$folder/tests_aarch64" --gtest_brief=1 | tail -1
+
+# Eigen from 3.4 on, whatever its version file makes of 5.0.
+eigen() { # version
+  mkdir -p "$folder/eigen"
+  echo "add_library(Eigen3::Eigen INTERFACE IMPORTED)" >"$folder/eigen/Eigen3Config.cmake"
+  printf '%s\n' "set(PACKAGE_VERSION $1)" \
+    "string(COMPARE EQUAL \"\${PACKAGE_FIND_VERSION_MAJOR}\" \"\" PACKAGE_VERSION_COMPATIBLE)" \
+    >"$folder/eigen/Eigen3ConfigVersion.cmake"
+  cmake -S . -B "$folder/with_eigen" -G Ninja --fresh -DEigen3_DIR="$PWD/$folder/eigen" \
+    -DNFOPIDN_EXECUTABLE=OFF -DNFOPIDN_BATCH=OFF -DNFOPIDN_JSON=OFF 2>&1
+}
+grep -q "Generating done" <<<"$(eigen 5.0.1)" || fail "Eigen 5.0.1 is refused"
+grep -q "needs 3.4" <<<"$(eigen 3.3.9)" || fail "Eigen 3.3.9 is not refused"
+echo "compilers: Eigen 3.4 and newer"

@@ -1,14 +1,15 @@
 // Prints which instructions are chosen here, and some costs and slopes to the last bit.
 #include <cstdio>
+#include <cstdlib>
 
 #include "nfopidn/tune.hpp"
 
-int main() {
+int main(int argc, char** argv) {
   using namespace nfopidn;
   const Scenario scenario = Scenario::published();
   TuningTask task;
   task.scenarios = {&scenario};
-  task.evaluations = 300;
+  task.evaluations = argc > 1 ? std::atol(argv[1]) : 300;
   const SearchResult result = run_tuning(task);
   std::printf("%s %a", ChoiceNames<InstructionSet>::names[static_cast<int>(best_instruction_set())],
               result.cost);

@@ -10,11 +10,13 @@
 
 namespace nfopidn {
 
-enum class InstructionSet : unsigned char { sse2, avx2, avx512, neon };
+// generic: what the compiler makes of vectors of two on a processor that is not x86-64 (NEON on
+// aarch64).
+enum class InstructionSet : unsigned char { sse2, avx2, avx512, generic };
 
 template <>
 struct ChoiceNames<InstructionSet> {
-  static constexpr const char* names[] = {"sse2", "avx2", "avx512", "neon"};
+  static constexpr const char* names[] = {"sse2", "avx2", "avx512", "generic"};
 };
 
 struct BatchKernels {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "nfopidn/exponentials.hpp"
+#include "nfopidn/ordered_sums.hpp"
 #include "nfopidn/search.hpp"
 #include "nfopidn/squared_distances.hpp"
 
@@ -170,7 +171,7 @@ class Bfoa {
     directions_.resize(cells_.rows(), cells_.cols());
     for (Eigen::Index i = 0; i < directions_.cols(); ++i) {
       for (double& component : directions_.col(i)) component = search_.random.uniform(-1, 1);
-      const double length = directions_.col(i).norm();
+      const double length = norm(directions_.col(i));
       if (length > 0) directions_.col(i) /= length;
     }
   }

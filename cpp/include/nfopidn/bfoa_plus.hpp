@@ -28,7 +28,7 @@ class BfoaPlus {
     const auto foraging = static_cast<std::int64_t>(share * static_cast<double>(budget_));
     for (int j = 0; search_.result.evaluations < foraging && !search_.done(); ++j) {
       forage();
-      search_.note(0, 0, j, cells_, costs_, steps_.mean());
+      search_.note(0, 0, j, cells_, costs_, mean(steps_));
     }
     if (!search_.done()) finish();
     search_.spend();
@@ -213,7 +213,7 @@ class BfoaPlus {
       if (static_cast<int>(used.size()) >= options_.finishers || search_.done()) break;
       bool near = false;
       for (const Eigen::Index other : used) {
-        near = near || (cells_.col(k) - cells_.col(other)).norm() < apart;
+        near = near || norm(cells_.col(k) - cells_.col(other)) < apart;
       }
       if (near) continue;
       used.push_back(k);
@@ -258,9 +258,7 @@ class BfoaPlus {
     for (Eigen::Index k = 0; k < points.cols(); ++k) {
       points.col(k) = random_point(search_.random, search_.dimension());
     }
-    Eigen::Index best = 0;
-    search_.evaluate(points).minCoeff(&best);
-    return points.col(best);
+    return points.col(place_of_least(search_.evaluate(points)));
   }
 
   Point near_best(double size) {

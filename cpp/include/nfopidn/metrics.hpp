@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "nfopidn/ordered_sums.hpp"
 #include "nfopidn/scenario.hpp"
 
 namespace nfopidn {
@@ -100,16 +101,16 @@ inline Metrics measure(const RunTable& table, double cost, const Scenario& scena
   const auto heading = table.col(column_e_theta);
   const auto left = table.col(column_tau_left);
   const auto right = table.col(column_tau_right);
-  m.pose_mse = (square + heading.square()).mean();
-  m.position_rms = std::sqrt(square.mean());
+  m.pose_mse = mean(square + heading.square());
+  m.position_rms = std::sqrt(mean(square));
   m.position_max = distance.maxCoeff();
-  m.heading_rms = std::sqrt(heading.square().mean());
-  m.iae = distance.sum() * dt;
-  m.ise = square.sum() * dt;
-  m.itae = (distance * table.col(column_t)).sum() * dt;
+  m.heading_rms = std::sqrt(mean(heading.square()));
+  m.iae = sum(distance) * dt;
+  m.ise = sum(square) * dt;
+  m.itae = sum(distance * table.col(column_t)) * dt;
   m.torque_peak = std::max(left.abs().maxCoeff(), right.abs().maxCoeff());
-  m.torque_variation = (left.tail(n - 1) - left.head(n - 1)).abs().sum() +
-                       (right.tail(n - 1) - right.head(n - 1)).abs().sum();
+  m.torque_variation = sum((left.tail(n - 1) - left.head(n - 1)).abs()) +
+                       sum((right.tail(n - 1) - right.head(n - 1)).abs());
   int at_limit = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double v = table(k, column_v);

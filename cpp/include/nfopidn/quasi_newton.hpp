@@ -1,6 +1,7 @@
 // L3. A bounded quasi-Newton descent in the unit box: BFGS on the free coordinates.
 #pragma once
 
+#include "nfopidn/ordered_sums.hpp"
 #include "nfopidn/search.hpp"
 
 namespace nfopidn {
@@ -81,18 +82,18 @@ class QuasiNewton {
     for (Eigen::Index i = 0; i < point.size(); ++i) {
       if ((point(i) <= 0 && slopes(i) > 0) || (point(i) >= 1 && slopes(i) < 0)) free(i) = 0;
     }
-    if (free.norm() < 1e-12) return {};
-    Point direction = -(inverse_ * free);
+    if (norm(free) < 1e-12) return {};
+    Point direction = -product(inverse_, free);
     for (Eigen::Index i = 0; i < point.size(); ++i) {
       if (free(i) == 0) direction(i) = 0;
     }
-    if (direction.dot(free) > -1e-14 * direction.norm() * free.norm()) {
+    if (dot(direction, free) > -1e-14 * norm(direction) * norm(free)) {
       forget(point.size());
       direction = -free;
     }
     constexpr double first_length = 0.02;
     constexpr double greatest_length = 0.5;
-    const double length = direction.norm();
+    const double length = norm(direction);
     if (fresh_) return direction * (first_length / length);
     return length > greatest_length ? Point(direction * (greatest_length / length)) : direction;
   }
@@ -133,8 +134,8 @@ class QuasiNewton {
     const Eigen::VectorXd bounds = Eigen::VectorXd::Constant(candidates.cols(), cost);
     Eigen::VectorXd costs;
     search_.evaluate(candidates, costs, &bounds);
-    Eigen::Index best = 0;
-    const double least = costs.minCoeff(&best);
+    const Eigen::Index best = place_of_least(costs);
+    const double least = costs(best);
     if (!(least < cost)) return false;
     point = candidates.col(best);
     cost = least;
@@ -142,14 +143,18 @@ class QuasiNewton {
   }
 
   void learn(const Point& step, const Point& change) {
-    const double curvature = step.dot(change);
-    if (!(curvature > 1e-12 * step.norm() * change.norm())) return;
-    if (fresh_) inverse_ *= curvature / change.squaredNorm();
+    const double curvature = dot(step, change);
+    if (!(curvature > 1e-12 * norm(step) * norm(change))) return;
+    if (fresh_) inverse_ *= curvature / squared_norm(change);
     fresh_ = false;
-    const Point turned = inverse_ * change;
-    const double scale = (1 + change.dot(turned) / curvature) / curvature;
-    inverse_ += scale * step * step.transpose() -
-                (turned * step.transpose() + step * turned.transpose()) / curvature;
+    const Point turned = product(inverse_, change);
+    const double scale = (1 + dot(change, turned) / curvature) / curvature;
+    for (Eigen::Index j = 0; j < step.size(); ++j) {
+      for (Eigen::Index i = 0; i < step.size(); ++i) {
+        inverse_(i, j) +=
+            (scale * step(i)) * step(j) - (turned(i) * step(j) + step(i) * turned(j)) / curvature;
+      }
+    }
   }
 
   Search& search_;

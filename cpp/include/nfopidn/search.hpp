@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nfopidn/objective.hpp"
+#include "nfopidn/ordered_sums.hpp"
 #include "nfopidn/random.hpp"
 #include "nfopidn/ranking.hpp"
 #include "nfopidn/schema.hpp"
@@ -171,7 +172,7 @@ class Search {
   void note(int dispersal, int reproduction, int chemotaxis, const Points& cells,
             const Eigen::VectorXd& costs, double step) {
     result.history.push_back(
-        {dispersal, reproduction, chemotaxis, result.evaluations, result.cost, costs.mean(), step});
+        {dispersal, reproduction, chemotaxis, result.evaluations, result.cost, mean(costs), step});
     box_.to_user(cells, result.population);
     result.population_costs = costs;
     if (!done_ && callback_ && !callback_(result)) stop(StopReason::callback);

@@ -1,7 +1,7 @@
 // L3. Squared distances of a point to many, two at a time.
 #pragma once
 
-#include <Eigen/Core>
+#include "nfopidn/ordered_sums.hpp"
 
 namespace nfopidn {
 
@@ -35,27 +35,7 @@ class SquaredDistances {
       const Two away = point[i] - Two{places[0], places[1]};
       return away * away;
     };
-    const Eigen::Index even = dimension_ - dimension_ % 2;
-    const Eigen::Index fours = dimension_ - dimension_ % 4;
-    if (even == 0) return term(0);
-    Two first = term(0), second = term(1);
-    if (even > 2) {
-      Two third = term(2), fourth = term(3);
-      for (Eigen::Index i = 4; i < fours; i += 4) {
-        first += term(i);
-        second += term(i + 1);
-        third += term(i + 2);
-        fourth += term(i + 3);
-      }
-      first += third;
-      second += fourth;
-      if (even > fours) {
-        first += term(fours);
-        second += term(fours + 1);
-      }
-    }
-    first += second;
-    return even < dimension_ ? first + term(even) : first;
+    return sum_of<Two>(dimension_, term);
   }
 
   Eigen::MatrixXd across_;

@@ -4,6 +4,7 @@
 #include "nfopidn/batch.hpp"
 #include "nfopidn/bfoa.hpp"
 #include "nfopidn/bfoa_plus.hpp"
+#include "nfopidn/ordered_sums.hpp"
 #include "nfopidn/structures.hpp"
 #include "nfopidn/team.hpp"
 
@@ -77,7 +78,7 @@ class TuneObjective : public Objective {
     share_out_costs(taps, count, bounds != nullptr ? each_bound.data() : nullptr, each.data());
     for (Eigen::Index j = 0; j < count; ++j) {
       const Eigen::VectorXd row = each.row(j);
-      costs[j] = row.dot(worst_share(row, share_));
+      costs[j] = dot(row, worst_share(row, share_));
     }
   }
 
@@ -101,8 +102,8 @@ class TuneObjective : public Objective {
       if (from == 0) each(scenario) = cost;
     });
     const Eigen::VectorXd weight = worst_share(each, share_);
-    Eigen::Map<Eigen::VectorXd>(slopes, count) = each_slopes * weight;
-    return each.dot(weight);
+    Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
+    return dot(each, weight);
   }
 
  private:

@@ -10,9 +10,9 @@ void run_batch_avx512(const BatchJob& job);
 void run_gradient_sse2(const GradientJob& job);
 void run_gradient_avx2(const GradientJob& job);
 void run_gradient_avx512(const GradientJob& job);
-#elif defined(__aarch64__)
-void run_batch_neon(const BatchJob& job);
-void run_gradient_neon(const GradientJob& job);
+#else
+void run_batch_generic(const BatchJob& job);
+void run_gradient_generic(const GradientJob& job);
 #endif
 
 BatchKernels batch_kernels(InstructionSet set) noexcept {
@@ -30,13 +30,11 @@ BatchKernels batch_kernels(InstructionSet set) noexcept {
       return {run_batch_avx2, run_gradient_avx2};
     case InstructionSet::sse2:
       return {run_batch_sse2, run_gradient_sse2};
-    case InstructionSet::neon:
+    case InstructionSet::generic:
       break;
   }
-#elif defined(__aarch64__)
-  if (set == InstructionSet::neon) return {run_batch_neon, run_gradient_neon};
 #else
-  static_cast<void>(set);
+  if (set == InstructionSet::generic) return {run_batch_generic, run_gradient_generic};
 #endif
   return {};
 }
@@ -46,7 +44,7 @@ InstructionSet best_instruction_set() noexcept {
        {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::sse2}) {
     if (batch_kernels(set).costs != nullptr) return set;
   }
-  return InstructionSet::neon;
+  return InstructionSet::generic;
 }
 
 }  // namespace nfopidn

@@ -7,6 +7,8 @@
 // layers L0-L2 that is not a template on this type may be called here without being inlined.
 #pragma once
 
+#include <cstdint>
+
 #include "nfopidn/math.hpp"
 
 namespace nfopidn {
