@@ -165,6 +165,8 @@ def _export(arguments: argparse.Namespace) -> int:
     in_c = arguments.c or not arguments.cpp
     if arguments.hardware and not in_c:
         raise ValueError("--hardware is written in C; give --c too")
+    if arguments.longest_step is not None and not arguments.hardware:
+        raise ValueError("--longest-step is the odometry's; give --hardware too")
     if in_c:
         name = "nfopidn" if arguments.name is None else arguments.name
         written += nfopidn.export_c(
@@ -174,6 +176,7 @@ def _export(arguments: argparse.Namespace) -> int:
             name=name,
             hardware=arguments.hardware,
             reference=arguments.reference,
+            longest_step=arguments.longest_step,
         )
     if arguments.cpp:
         name = "nfopidn_controller" if arguments.name is None else arguments.name
@@ -211,6 +214,13 @@ def _add_export(commands: Any) -> None:
         action="store_true",
         help="in C, also NAME_hardware.h and .c: what stands between the law and a real robot; "
         "needs --scenario",
+    )
+    add(
+        "--longest-step",
+        type=float,
+        metavar="METRES",
+        help="with --hardware: the farthest a wheel can roll in a sample; beyond, an encoder has "
+        "failed (ten times what the reference asks)",
     )
     add("--reference", action="store_true", help="also the reference, as a table; needs --scenario")
     add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <limits>
 
 #include "nfopidn/odometry.hpp"
 
@@ -44,6 +45,29 @@ TYPED_TEST(Odometry, DrivesStraightAndTurnsOnTheSpot) {
       odometry(start, quarter * TypeParam(0.75), quarter * TypeParam(1.25), TypeParam(0.5));
   EXPECT_NEAR(arc.x, 1, close<TypeParam>);
   EXPECT_NEAR(arc.y, 1, close<TypeParam>);
+}
+
+// A counter that jumps would move the robot by a hundred metres.
+TYPED_TEST(Odometry, AStepThatNoWheelCanMakeIsRefused) {
+  constexpr TypeParam longest = TypeParam(0.25);
+  const State<TypeParam> start = {1, 2, TypeParam(0.5), 0, 0};
+  const TypeParam jump = rolled<TypeParam, std::uint16_t>(0, 32767, 144, TypeParam(0.076));
+  const TypeParam nan = std::numeric_limits<TypeParam>::quiet_NaN();
+  for (const TypeParam bad : {jump, -jump, longest * TypeParam(1.001), nan}) {
+    for (const bool right : {false, true}) {
+      State<TypeParam> state = start;
+      const TypeParam good = TypeParam(0.1);
+      EXPECT_FALSE(
+          try_odometry(state, right ? good : bad, right ? bad : good, TypeParam(0.4), longest));
+      EXPECT_EQ(state.x, start.x);
+      EXPECT_EQ(state.y, start.y);
+      EXPECT_EQ(state.theta, start.theta);
+    }
+  }
+  State<TypeParam> state = start;
+  EXPECT_TRUE(try_odometry(state, longest, -longest, TypeParam(0.4), longest));
+  EXPECT_EQ(state.theta, odometry(start, longest, -longest, TypeParam(0.4)).theta);
+  EXPECT_NE(state.theta, start.theta);
 }
 
 TYPED_TEST(Odometry, CountersMayWrapAround) {

@@ -150,6 +150,7 @@ void compare_wheels() {
   Subject subject("wheels");
   State<float> ours = {};
   eddie_pose theirs = {};
+  int moves[2] = {};  // refused, made
   for (int k = 0; k < 5000; ++k) {
     const auto before = static_cast<std::uint32_t>(engine());
     // As far as the counters tell forward from backward, and anywhere.
@@ -163,14 +164,16 @@ void compare_wheels() {
     subject.compare(rolled(first, second, 360.5F, robot.wheel_radius),
                     eddie_rolled_16(first, second, 360.5F));
     const float size = k % 3 == 0 ? 2e-4F : k % 3 == 1 ? 0.2F : 9.0F;
-    const float left = draw(size);
+    const float left = chance(98) ? draw(size) : bad_number();
     const float right = k % 11 == 0 ? left : draw(size);
-    ours = odometry(ours, left, right, robot.track_width);
-    eddie_odometry(&theirs, left, right);
+    const bool moved = try_odometry(ours, left, right, robot.track_width, EDDIE_LONGEST_STEP);
+    subject.compare(moved ? 1 : 0, static_cast<float>(eddie_odometry(&theirs, left, right)));
+    moves[moved ? 1 : 0] += 1;
     subject.compare(ours.x, theirs.x);
     subject.compare(ours.y, theirs.y);
     subject.compare(ours.theta, theirs.theta);
   }
+  subject.compare(moves[0] > 500 && moves[1] > 3000 ? 1 : 0, 1);
 }
 
 void compare_velocities(Subject& subject, const eddie_velocity_limits& limits) {

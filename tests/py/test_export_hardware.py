@@ -25,7 +25,13 @@ def lap():
 
 def export(controller, folder, scenario):
     paths = nfopidn.export_c(
-        controller, folder, scenario=scenario, name="eddie", hardware=True, reference=True
+        controller,
+        folder,
+        scenario=scenario,
+        name="eddie",
+        hardware=True,
+        reference=True,
+        longest_step=6.0,
     )
     assert [path.name for path in paths] == FILES
     return paths
@@ -124,6 +130,45 @@ def test_a_lap_ends_where_the_heading_is_the_first_again(laps, closes, tmp_path)
     count = len(scenario.reference)
     assert f"NFOPIDN_REFERENCE_LAP {count - closes} " in header
     assert ("not closed" in header) is not closes
+
+
+def test_the_longest_step_is_ten_times_the_references(lap, tmp_path):
+    """And the run of the published gains, which starts beside its path, stays far below it."""
+    nfopidn.export_c(Controller.published(), tmp_path, scenario=lap, hardware=True)
+    header = (tmp_path / "nfopidn_hardware.h").read_text()
+    (line,) = (line for line in header.splitlines() if "define NFOPIDN_LONGEST_STEP" in line)
+    found = float(line.split()[2].rstrip("F"))
+    v, omega = lap.reference[:, 3], lap.reference[:, 4]
+    half = ROBOT["track_width"] / 2
+    wheels = np.abs([v - omega * half, v + omega * half])
+    assert found == pytest.approx(10 * lap.trajectory.dt * wheels.max(), rel=1e-6)
+    published = Scenario.published()
+    columns = nfopidn.simulate(published, Controller.published()).columns
+    half = published.robot.track_width / 2
+    fastest = (np.abs(columns["v"]) + np.abs(columns["omega"]) * half).max()
+    v, omega = np.abs(published.reference[:, 3:5]).T
+    assert fastest < 5 * (v + omega * half).max()
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), float("inf"), 2e6])
+def test_a_longest_step_out_of_range_is_refused(bad, lap, tmp_path):
+    with pytest.raises(ValueError, match="longest_step"):
+        nfopidn.export_c(
+            Controller.published(), tmp_path, scenario=lap, hardware=True, longest_step=bad
+        )
+    with pytest.raises(ValueError, match="without hardware"):
+        nfopidn.export_c(Controller.published(), tmp_path, longest_step=1.0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_reference_at_rest_does_not_tell_the_longest_step(tmp_path):
+    scenario = Scenario(nfopidn.Trajectory.from_samples(np.zeros(9), np.zeros(9), 0.1))
+    with pytest.raises(ValueError, match="stands still"):
+        nfopidn.export_c(Controller.published(), tmp_path, scenario=scenario, hardware=True)
+    nfopidn.export_c(
+        Controller.published(), tmp_path, scenario=scenario, hardware=True, longest_step=0.25
+    )
+    assert "LONGEST_STEP 0.25F " in (tmp_path / "nfopidn_hardware.h").read_text()
 
 
 def test_hardware_needs_a_scenario(tmp_path, capsys):

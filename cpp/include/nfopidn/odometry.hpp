@@ -34,6 +34,18 @@ State<Scalar> odometry(const State<Scalar>& state, Scalar left, Scalar right,
   return next;
 }
 
+// The same where encoders may fail: moves the pose and returns true, or, if one of the wheels would
+// have rolled farther than `longest_step` [m], forward or back, or a length is no number, leaves
+// the pose and returns false. For the controller that is a sample without a measurement.
+template <class Scalar>
+bool try_odometry(State<Scalar>& state, Scalar left, Scalar right, base_t<Scalar> track_width,
+                  base_t<Scalar> longest_step) noexcept {
+  using M = math<Scalar>;
+  if (!(M::absolute(left) <= longest_step && M::absolute(right) <= longest_step)) return false;
+  state = odometry(state, left, right, track_width);
+  return true;
+}
+
 // Metres that a wheel has rolled between two counts of its encoder. Counters may wrap around once:
 // give them as unsigned integers.
 template <class Scalar, class Count>

@@ -36,6 +36,7 @@ def export_c(
     name: str = "nfopidn",
     hardware: bool = False,
     reference: bool = False,
+    longest_step: float | None = None,
 ) -> list[Path]:
     """Write a controller as self-contained C99, a header and a source, in single precision.
 
@@ -61,6 +62,10 @@ def export_c(
         scenario, which must be given, has the robot and the sample time.
     reference
         Also write ``name_reference.h`` and ``name_reference.c``: the scenario's reference, a table.
+    longest_step
+        Of `hardware`: the farthest that a wheel can roll in a sample, in [1e-6, 1e6] m. Encoders
+        that tell more have failed, and the odometry leaves the pose. Default: ten times what a
+        wheel rolls on the scenario's reference.
 
     Returns
     -------
@@ -71,7 +76,8 @@ def export_c(
     ------
     ValueError
         A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
-        range of single precision, or a reference or hardware without a scenario.
+        range of single precision, a reference or hardware without a scenario, or a `longest_step`
+        out of range or without `hardware`.
     OSError
         A file cannot be written.
     """
@@ -79,9 +85,11 @@ def export_c(
     design = design_of(no_rival(controller), scenario)
     path = _referenced(scenario, reference)
     robot = _asked(hardware, "hardware is asked for (robot, sample time)", scenario)
+    if longest_step is not None and not hardware:
+        raise ValueError("longest_step is given without hardware, which has the odometry")
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
     if robot is not None:
-        texts |= hardware_texts(robot, name)
+        texts |= hardware_texts(robot, name, longest_step)
     if path is not None:
         texts |= c_reference_texts(path, name)
     return write(directory, texts)

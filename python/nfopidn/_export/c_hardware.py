@@ -4,12 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 
+from nfopidn._checks import real_number
 from nfopidn._core import Scenario, __version__
 from nfopidn._export.design import folded, fragment, literal, template
 from nfopidn._export.self_test import self_test_text
 
+_LONGEST_STEP = 1e6  # [m]
+_MARGIN = 10.0  # of the longest step over what a wheel rolls in a sample of the reference
 
-def hardware_texts(scenario: Scenario, name: str) -> dict[str, str]:
+
+def _longest_step(scenario: Scenario, asked: float | None) -> np.float32:
+    """In metres: `asked`, or by the reference's fastest wheel."""
+    if asked is not None:
+        return np.float32(real_number("longest_step", asked, 1e-6, _LONGEST_STEP, " m"))
+    rows = np.asarray(scenario.reference)
+    turn = np.abs(rows[:, 4]) * (0.5 * scenario.robot.track_width)
+    rolled = float((np.abs(rows[:, 3]) + turn).max()) * scenario.trajectory.dt
+    if rolled == 0.0:
+        raise ValueError(
+            "the reference stands still and does not tell how far a wheel may roll in a sample; "
+            "give longest_step"
+        )
+    return np.float32(min(_MARGIN * rolled, _LONGEST_STEP))
+
+
+def hardware_texts(
+    scenario: Scenario, name: str, longest_step: float | None = None
+) -> dict[str, str]:
     """Header and source by file."""
     robot, dt = scenario.robot, np.float32(scenario.trajectory.dt)
     mass, inertia = np.float32(robot.mass), np.float32(robot.inertia)
@@ -24,6 +45,7 @@ def hardware_texts(scenario: Scenario, name: str) -> dict[str, str]:
         "sample_time": literal(dt),
         "track_width": literal(track),
         "wheel_radius": literal(radius),
+        "longest_step": literal(_longest_step(scenario, longest_step)),
         "compiler": template("compiler.c").substitute(name=name),
         "functions": "\n".join(fragment(f"{part}.c") for part in ("angle", "bits", "heading")),
         # As Acceleration and VelocityOutput compute them in float.
