@@ -122,6 +122,22 @@ TEST(Consistency, DisturbancesAreOneOrOneASample) {
   }
 }
 
+// Paths may lie 1e9 m off, as those in coordinates of a map do, and so may the start.
+TEST(Consistency, AStartMayLieAsFarAsPathsMay) {
+  Scenario scenario = Scenario::published();
+  scenario.trajectory.x += 5e6;
+  (*scenario.initial_pose)[0] += 5e6;
+  EXPECT_EQ(check_ranges(scenario).status, Status::ok);
+  EXPECT_EQ(check_consistency(scenario).status, Status::ok);
+  (*scenario.initial_pose)[2] = 1.001e6;
+  const Finding finding = check_consistency(scenario);
+  EXPECT_EQ(finding.status, Status::out_of_range);
+  EXPECT_STREQ(finding.field, "initial_pose");
+  EXPECT_EQ(finding.value, 1.001e6);
+  (*scenario.initial_pose)[1] = 1.001e9;
+  EXPECT_EQ(check_ranges(scenario).status, Status::out_of_range);
+}
+
 TEST(Consistency, TheStartIsWithinTheDivergenceDistance) {
   Scenario scenario = short_scenario();
   const Trajectory& t = scenario.trajectory;

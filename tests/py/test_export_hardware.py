@@ -1,5 +1,6 @@
 """Exported C beside the law: hardware and reference, bit for bit what the library's C++ does."""
 
+import re
 import shutil
 import subprocess
 
@@ -109,6 +110,43 @@ def test_a_scenario_without_feedforward_has_none_in_its_table(tmp_path):
         if line.startswith("    {")
     ]
     assert {tuple(row[4:6]) for row in rows} == {("0.0F", "0.0F")}
+
+
+def test_a_far_path_is_counted_from_its_first_sample(tmp_path):
+    """In single precision its samples would lie on a grid of half a metre, beyond the guard."""
+    t = np.arange(50) * 0.1
+    x, y = 5e6 + 0.3 * np.sin(t), -4e6 + t
+    near = Scenario(nfopidn.Trajectory.from_samples(x - x[0], y - y[0], 0.1))
+    far = Scenario(nfopidn.Trajectory.from_samples(x, y, 0.1))
+    tables = []
+    for scenario, name in ((near, "near"), (far, "far")):
+        nfopidn.export_c(
+            Controller.published(), tmp_path, scenario=scenario, name=name, reference=True
+        )
+        nfopidn.export_cpp(
+            Controller.published(), tmp_path, scenario=scenario, name=f"{name}_law", reference=True
+        )
+        text = (tmp_path / f"{name}_reference.c").read_text()
+        rows = re.findall(r"^    \{(.*)\},?$", text, re.MULTILINE)
+        tables.append([[float(word.rstrip("F")) for word in row.split(", ")] for row in rows])
+    np.testing.assert_allclose(tables[1], tables[0], atol=2e-6)
+    assert np.ptp(np.array(tables[1])[:, 1]) == pytest.approx(4.9)
+    header = (tmp_path / "far_reference.h").read_text()
+    assert "FAR_REFERENCE_ORIGIN_X 5000000.0 " in header
+    assert "in double precision" in header
+    assert "NEAR_REFERENCE_ORIGIN_Y 0.0 " in (tmp_path / "near_reference.h").read_text()
+    assert "reference_origin_y = -4000000.0;" in (tmp_path / "far_law.hpp").read_text()
+
+
+def test_a_path_too_large_for_floats_is_refused(tmp_path):
+    t = np.arange(50) * 0.1
+    scenario = Scenario(nfopidn.Trajectory.from_samples(3e5 * t, t, 0.1))
+    for export_it in (nfopidn.export_c, nfopidn.export_cpp):
+        with pytest.raises(ValueError, match=r"1.47e\+06 m away from its first sample"):
+            export_it(
+                Controller.published(), tmp_path, scenario=scenario, name="law", reference=True
+            )
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_open_path_says_so(tmp_path):

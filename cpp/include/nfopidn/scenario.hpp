@@ -48,7 +48,7 @@ struct Scenario {
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
     using S = Scenario;
-    visit(field("initial_pose", &S::initial_pose, "m, m, rad", between(-1e6, 1e6),
+    visit(field("initial_pose", &S::initial_pose, "m, m, rad", between(-1e9, 1e9),
                 "pose x, y, theta at the start; null (in words: reference): the reference's",
                 "pose"));
     visit(field("initial_velocity", &S::initial_velocity, "m/s, rad/s", between(-1e3, 1e3),
@@ -169,6 +169,11 @@ inline Finding check_consistency(const Scenario& scenario) {
             between(static_cast<double>(samples), static_cast<double>(samples))};
   }
   const State<double> start = detail::start_state(scenario);
+  // The field's range is that of positions: as far as those of a path.
+  const Range angle_range = between(-1e6, 1e6);
+  if (scenario.initial_pose.has_value() && !angle_range.contains(start.theta)) {
+    return {Status::out_of_range, "initial_pose", start.theta, angle_range};
+  }
   const double distance = std::hypot(start.x - t.x(0), start.y - t.y(0));
   if (distance > scenario.divergence_distance) {
     return {Status::inconsistent, "initial_pose", distance,

@@ -62,6 +62,7 @@ def export_c(
         scenario, which must be given, has the robot and the sample time.
     reference
         Also write ``name_reference.h`` and ``name_reference.c``: the scenario's reference, a table.
+        A path that goes beyond 1e6 m is counted from its first sample, and the header says so.
     longest_step
         Of `hardware`: the farthest that a wheel can roll in a sample, in [1e-6, 1e6] m. Encoders
         that tell more have failed, and the odometry leaves the pose. Default: ten times what a
@@ -77,7 +78,7 @@ def export_c(
     ValueError
         A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
         range of single precision, a reference or hardware without a scenario, or a `longest_step`
-        out of range or without `hardware`.
+        out of range or without `hardware`; a reference that goes farther than 1e6 m.
     OSError
         A file cannot be written.
     """

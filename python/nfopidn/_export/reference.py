@@ -7,15 +7,40 @@ import numpy as np
 from nfopidn._core import Scenario, __version__
 from nfopidn._export.design import folded, literal, template
 
+_FARTHEST = 1e6  # [m]: beyond, the guard takes a pose for a bad one
+
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.float32]]
 
 
-def _rows_of(scenario: Scenario) -> Rows:
-    """x, y, theta, v, omega, tau_left, tau_right, reverse a sample."""
+def _rows_of(scenario: Scenario) -> tuple[Rows, tuple[float, float]]:
+    """x, y, theta, v, omega, tau_left, tau_right, reverse a sample; and where x and y are 0.
+
+    Of a path beyond the guard's reach, as in coordinates of a map, that is its first sample: a
+    float has no digits for the rest.
+    """
     rows = np.array(scenario.reference)
     if not scenario.feedforward:
         rows[:, 5:7] = 0.0
-    return rows.astype(np.float32)
+    origin = (0.0, 0.0)
+    if np.abs(rows[:, :2]).max() > _FARTHEST:
+        origin = (float(rows[0, 0]), float(rows[0, 1]))
+        rows[:, :2] -= origin
+        if (farthest := float(np.abs(rows[:, :2]).max())) > _FARTHEST:
+            raise ValueError(
+                f"the reference goes {farthest:g} m away from its first sample; must stay within "
+                f"{_FARTHEST:g} m of it, or of the origin, for single precision"
+            )
+    return rows.astype(np.float32), origin
+
+
+def _origin_note(origin: tuple[float, float], prefix: str) -> str:
+    if origin == (0.0, 0.0):
+        return ""
+    line = (
+        f"The path lies far off: x and y are counted from its first sample, ({origin[0]!r}, "
+        f"{origin[1]!r}) m. Take the same off every measured pose, in double precision."
+    )
+    return "\n" + folded([line], prefix)
 
 
 def _lap_of(rows: Rows) -> int:
@@ -44,13 +69,16 @@ def _lines(rows: Rows, columns: tuple[int, ...], truth: tuple[str, str]) -> str:
 
 def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
     """Header and source by file."""
-    rows = _rows_of(scenario)
+    rows, origin = _rows_of(scenario)
     lap = _lap_of(rows)
     words = {
         "name": name,
         "guard": name.upper(),
         "version": __version__,
-        "origin": folded([f"Trajectory: {scenario.trajectory!r}"], " * "),
+        "origin": folded([f"Trajectory: {scenario.trajectory!r}"], " * ")
+        + _origin_note(origin, " * "),
+        "origin_x": repr(origin[0]),
+        "origin_y": repr(origin[1]),
         "sample_time": f"{scenario.trajectory.dt:g}",
         "count": str(len(rows)),
         "lap": str(lap),
@@ -65,10 +93,13 @@ def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
 
 def cpp_reference_text(scenario: Scenario) -> str:
     """Write the part of the C++ header."""
-    rows = _rows_of(scenario)
+    rows, origin = _rows_of(scenario)
     return template("reference.hpp").substitute(
         sample_time=f"{scenario.trajectory.dt:g}",
         count=len(rows),
         lap=_lap_of(rows),
+        note=_origin_note(origin, "// "),
+        origin_x=repr(origin[0]),
+        origin_y=repr(origin[1]),
         rows=_lines(rows, tuple(range(7)), ("false", "true")),
     )
