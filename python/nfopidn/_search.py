@@ -43,7 +43,11 @@ MESSAGES = {
     "callback": "The callback asked to stop.",
     "interrupted": "The search was interrupted; this is the best so far.",
     "not_a_number": "The function returned NaN.",
+    "no_finite_cost": "No point that was tried has a finite cost.",
+    "diverged": "The best controller that was found diverges",
 }
+#: Up to this status a search has ended as it was asked to.
+CALLED_OFF = list(MESSAGES).index("callback")
 
 
 class OptimizeResult(dict[str, Any]):
@@ -121,6 +125,7 @@ class Settings:
             "high": high,
             "start": None,
             "callback": None,
+            "asked": None,
             "problem": json.dumps(whole, allow_nan=False),
         }
 
@@ -251,7 +256,16 @@ class Observer:
         self.callback = callback
         self.report = report
 
-    def __call__(self, x: Array, fun: float, nfev: int, mean: float, step: float) -> bool:
+    def __call__(
+        self,
+        x: Array,
+        fun: float,
+        nfev: int,
+        mean: float,
+        step: float,
+        population: Array,
+        population_energies: Array,
+    ) -> bool:
         """Hand the result so far on; False ends the search."""
         self.report(nfev, f"{nfev} evaluations, cost {fun:.6g}")
         if self.callback is None:
@@ -312,6 +326,13 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
         raise error
 
 
+def deny_success(result: OptimizeResult, reason: str, text: str = "") -> None:
+    """Mark a search that has ended as asked, but has found nothing that is of use."""
+    if result["status"] <= CALLED_OFF:
+        message = f"{MESSAGES[reason]}{text} {result['message']}"
+        result.update(success=False, status=list(MESSAGES).index(reason), message=message)
+
+
 def bfoa(
     func: Callable[[Array], Any],
     bounds: Sequence[tuple[float, float]] | ArrayLike,
@@ -363,7 +384,8 @@ def bfoa(
     Returns
     -------
     OptimizeResult
-        Ctrl-C ends the search and returns the best so far.
+        Ctrl-C ends the search and returns the best so far. A search that has found no finite cost
+        is no success.
 
     Raises
     ------
@@ -396,6 +418,8 @@ def bfoa(
         )
     result = OptimizeResult(seed=settings.seed)
     finish(result, found, raised)
+    if result["fun"] == np.inf:
+        deny_success(result, "no_finite_cost")
     return result
 
 

@@ -16,10 +16,11 @@ from nfopidn._files import check_outputs, check_picture, kept, load_controller, 
 from nfopidn._interrupt import EXIT_INTERRUPTED
 from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
-from nfopidn._search import FIRST_STAGE, LATERAL_STAGES
+from nfopidn._search import FIRST_STAGE, LATERAL_STAGES, MESSAGES
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
+EXIT_DIVERGED = 3
 EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
 
 
@@ -108,7 +109,12 @@ def _tune(arguments: argparse.Namespace) -> int:
         print(f"written: {arguments.output}" if not faults else "not all could be written")
     if faults:
         raise faults[0]
-    return 0 if result.success else EXIT_INTERRUPTED
+    if result.message == MESSAGES["interrupted"]:
+        return EXIT_INTERRUPTED
+    if not result.success:
+        print(f"nfopidn: {result.message}", file=sys.stderr)
+        return EXIT_DIVERGED
+    return 0
 
 
 def _add_tune(commands: Any) -> None:
@@ -116,7 +122,9 @@ def _add_tune(commands: Any) -> None:
         "tune",
         help="search for a controller's gains and orders",
         description="Searches for the gains and orders of least cost (eq. 41) and writes them as a "
-        "controller file, which nfopidn_sim --controller reads.",
+        "controller file, which nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or "
+        "bad file, 3 the best controller that was found diverges, 130 interrupted (the best so far "
+        "is written).",
     )
     add = parser.add_argument
     add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
@@ -219,7 +227,8 @@ def _add_export(commands: Any) -> None:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code.
 
-    0 done, 2 bad input, 130 interrupted, 141 the reader of standard output has gone.
+    0 done, 2 bad input, 3 the best controller that tune has found diverges, 130 interrupted, 141
+    the reader of standard output has gone.
     """
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")

@@ -311,7 +311,10 @@ def test_infinity_is_a_cost(method):
 @pytest.mark.parametrize("method", METHODS)
 def test_all_costs_may_be_infinite(method):
     result = search(lambda x: math.inf, method=method)
-    assert result.success
+    assert (result.success, result.status) == (False, 7)
+    assert result.message == (
+        "No point that was tried has a finite cost. The budget of evaluations is used up."
+    )
     assert result.fun == math.inf
     assert result.x.shape == (3,)
 

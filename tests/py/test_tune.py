@@ -19,6 +19,7 @@ from nfopidn import (
     Objective,
     Robot,
     Scenario,
+    Trajectory,
     TuneResult,
     _search,
     default_bounds,
@@ -526,6 +527,45 @@ def test_a_result_is_a_text_in_short():
     assert repr(result).startswith(f"TuneResult(fun={result.fun:.6g}, nfev=400, ")
     same(result, pickle.loads(pickle.dumps(result)))
     same(result, copy.deepcopy(result))
+
+
+# Searches in which every controller diverges
+
+
+def hopeless(**settings):
+    """A path at 7.8 m/s from its first sample on: a start from rest is soon too far behind."""
+    path = Trajectory.circle(period=8, dt=0.2, scale=5)
+    return Scenario(path, rng=0, divergence_distance=0.5, **settings)
+
+
+@pytest.mark.parametrize("structure", ["paper", "taps", "lqr"])
+def test_a_search_in_which_all_diverges_is_no_success(structure):
+    result = short(hopeless(), structure=structure)
+    assert (result.success, result.status) == (False, list(MESSAGES).index("diverged"))
+    assert result.message == (
+        "The best controller that was found diverges at 0.2 s. The robot starts from rest where "
+        'the reference moves at 7.85 m/s and 0.393 rad/s: initial_velocity="reference" starts it with '
+        "these. The budget of evaluations is used up."
+    )
+    assert simulate(result.scenario, result.controller).diverged_at == 0.2
+    assert result.nfev == 400
+
+
+def test_a_search_that_finds_a_start_from_the_reference_is_a_success():
+    assert short(hopeless(initial_velocity="reference")).success
+
+
+def test_advice_on_the_start_is_for_starts_from_rest_alone():
+    result = short(hopeless(initial_velocity=(0.1, 0.0)))
+    assert not result.success
+    assert "diverges at 0.2 s. The budget" in result.message
+
+
+@pytest.mark.parametrize("risk", [0.0, 0.5, 1.0])
+def test_the_scenario_that_diverges_is_named(risk):
+    result = short([*scenarios()[:3], hopeless()], maxfev=300, risk=risk)
+    assert not result.success
+    assert "diverges on scenario 3 at 0.2 s" in result.message
 
 
 # Controllers of free taps

@@ -9,7 +9,16 @@ import sys
 
 import nfopidn
 import pytest
-from nfopidn import Controller, Scenario, TuneResult, cli, default_bounds, simulate, tune
+from nfopidn import (
+    Controller,
+    Scenario,
+    Trajectory,
+    TuneResult,
+    cli,
+    default_bounds,
+    simulate,
+    tune,
+)
 from nfopidn._progress import shows_progress
 
 SHORT = ("--maxfev", "300", "--seed", "1")
@@ -153,6 +162,39 @@ def test_a_drawn_seed_is_printed_and_repeats_the_search(cli_tune, tmp_path):
 def test_the_convergence_is_drawn(cli_tune, tmp_path):
     assert cli_tune(*SHORT, "--plot", "search.png")[0] == 0
     assert (tmp_path / "search.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.fixture
+def hopeless(tmp_path):
+    """A scenario that no start from rest survives."""
+    path = Trajectory.circle(period=8, dt=0.2, scale=5)
+    Scenario(path, rng=0, divergence_distance=0.5).save(tmp_path / "hopeless.json")
+    return "hopeless.json"
+
+
+def test_a_search_in_which_all_diverges_is_told_and_exits_with_3(command, hopeless, tmp_path):
+    run = command("tune", "--scenario", hopeless, *SHORT, "--quiet", "--result", "r.json")
+    assert (run.returncode, run.stdout) == (3, "")
+    assert run.stderr.startswith("nfopidn: The best controller that was found diverges at 0.2 s. ")
+    assert 'initial_velocity="reference"' in run.stderr
+    assert run.stderr.count("\n") == 1
+    assert (tmp_path / "controller.json").exists()
+    assert not TuneResult.from_json(tmp_path / "r.json").success
+
+
+def test_the_executable_tells_that_all_diverges(sim, hopeless, tmp_path):
+    words = ("--tune", "--scenario", hopeless, "--maxfev", "300")
+    run = sim(*words, "--quiet", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert "the best controller that was found diverges at 0.2 s" in run.stderr
+    assert "moves at 7.85 m/s" in run.stderr
+    assert "--velocity reference" in run.stderr
+    run = sim(*words, cwd=tmp_path)
+    assert run.returncode == 3
+    assert "--velocity reference" in run.stdout
+    assert run.stderr.count("\n") == 1
+    run = sim(*words, "--velocity", "reference", "--json", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 def test_quiet_prints_nothing(command, tmp_path):
