@@ -33,6 +33,9 @@ FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
 LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
 LATERAL_STAGES[_core.FREE_TAP_LATERALS[-1]] = ""
 MOST_WORKERS = 1024
+BOUND_WORDS = {-1: "  (at its lower bound)", 0: "", 1: "  (at its upper bound)"}
+MOST_LINES = 40  # of a printed result
+NEAR_BOUND = 1e-6  # of the width of the bounds: nearer, a number is at its bound
 WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
 MESSAGES = {
@@ -54,8 +57,8 @@ class OptimizeResult(dict[str, Any]):
     """The result of a search: SciPy's fields, as attributes and as keys.
 
     x (p,), fun, nfev, nit, success, status, message, population (S, p), population_energies (S,),
-    history (a structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed,
-    elapsed [s].
+    active_mask (p,) (-1 where x is at its lower bound, 1 at its upper one, else 0), history (a
+    structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed, elapsed [s].
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -79,6 +82,40 @@ class OptimizeResult(dict[str, Any]):
             return f"{type(self).__name__}({dict(self)})"
         text = f"{type(self).__name__}(fun={self['fun']:.6g}, nfev={self['nfev']}"
         return text + (f", {self['message']!r})" if "message" in self else ")")
+
+    def __str__(self) -> str:
+        """Tell what was found, in lines: a number of x each, marked where it is at its bound."""
+        if not {"x", "fun", "nfev", "message", "elapsed"} <= set(self):
+            return repr(self)
+        lines = [
+            ("cost", f"{self['fun']:.8g}"),
+            ("evaluations", f"{self['nfev']}"),
+            ("time", f"{self['elapsed']:.2f} s"),
+            *([("seed", f"{self['seed']}")] if "seed" in self else []),
+            *self.numbers(),
+        ]
+        if len(lines) > MOST_LINES:
+            more = len(lines) - MOST_LINES
+            lines = [*lines[:MOST_LINES], ("...", f"and {more} more")]
+        width = max(len(name) for name, _ in lines)
+        told = [f"  {name:{width}}  {value}" for name, value in lines]
+        return "\n".join([f"{type(self).__name__}: {self['message']}", *told])
+
+    def numbers(self) -> list[tuple[str, str]]:
+        """Give names and values of x as text, with a word on those that are at a bound."""
+        names = self.get("parameters") or [f"x[{i}]" for i in range(len(self["x"]))]
+        mask = self.get("active_mask", np.zeros(len(names)))
+        return [
+            (name, f"{value:.10g}{BOUND_WORDS[int(side)]}")
+            for name, value, side in zip(names, self["x"], mask, strict=True)
+        ]
+
+    def at_bounds(self) -> dict[str, str]:
+        """Give "lower" or "upper" by name, for each number of x that is at a bound of its own."""
+        names = [name for name, _ in self.numbers()]
+        mask = self.get("active_mask", np.zeros(len(names)))
+        words = {-1: "lower", 1: "upper"}
+        return {name: words[side] for name, side in zip(names, mask, strict=True) if side != 0}
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the best and the mean cost against evaluations; returns the Axes."""
@@ -299,7 +336,24 @@ def run(
     return found, found.pop("raised")
 
 
-def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
+def active_mask(x: Array, low: Array, high: Array) -> NDArray[np.int64]:
+    """Tell which numbers are at a bound: -1 the lower one, 1 the upper one, 0 neither.
+
+    Numbers whose bounds are equal are at neither: they are fixed.
+    """
+    if len(x) == 0:  # nothing was answered
+        return np.zeros(0, dtype=np.int64)
+    near = NEAR_BOUND * (high - low)
+    sides = np.where(x >= high - near, 1, np.where(x <= low + near, -1, 0))
+    return np.where(high > low, sides, 0)
+
+
+def finish(
+    result: OptimizeResult,
+    found: dict[str, Any],
+    raised: BaseException | None,
+    box: tuple[Array, Array],
+) -> None:
     """Fill the result; raise what callback or function raised, with the result attached."""
     reason = found.pop("reason")
     fault = found.pop("checkpoint_fault")
@@ -310,6 +364,7 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
         history[name] = found["history"][:, column]
     found["history"] = history
     result.update(found)
+    result["active_mask"] = active_mask(found["x"], *box)
     result["nit"] = len(history)
     result["success"] = reason not in ("interrupted", "not_a_number")
     result["status"] = list(MESSAGES).index(reason)
@@ -417,7 +472,7 @@ def bfoa(
             "bfoa",
         )
     result = OptimizeResult(seed=settings.seed)
-    finish(result, found, raised)
+    finish(result, found, raised, (low, high))
     if result["fun"] == np.inf:
         deny_success(result, "no_finite_cost")
     return result

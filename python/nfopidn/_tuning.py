@@ -33,6 +33,7 @@ from nfopidn._search import (
     Callback,
     OptimizeResult,
     Settings,
+    active_mask,
     check_settings,
     deny_success,
     finish,
@@ -233,10 +234,10 @@ def _tune(
         controller=search.controller(reply["x"]),
     )
     if before is None:
-        finish(result, reply, raised)
+        finish(result, reply, raised, (search.low, search.high))
         return result
     try:
-        finish(result, reply, raised)
+        finish(result, reply, raised, (search.low, search.high))
     except BaseException as error:
         error.best = _best_of([before, result], structure, settings)  # type: ignore[attr-defined]
         raise
@@ -502,6 +503,7 @@ def _as_taps(
     fun = float(cost.costs(x[None, :])[0])
     found.update(
         x=x,
+        active_mask=active_mask(x, search.low, search.high),
         fun=fun,
         structure=structure,
         parameters=search.names,

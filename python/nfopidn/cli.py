@@ -104,8 +104,8 @@ def _tune(arguments: argparse.Namespace) -> int:
     if not arguments.quiet:
         print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
         print(f"seed {result.seed}. {result.message}")
-        for name, value in zip(result.parameters, result.x, strict=True):
-            print(f"  {name:12} {value:.10g}")
+        for name, value in result.numbers():
+            print(f"  {name:12} {value}")
         print(f"written: {arguments.output}" if not faults else "not all could be written")
     if faults:
         raise faults[0]

@@ -113,6 +113,37 @@ def test_points_are_within_bounds(method):
     assert result.fun == pytest.approx(low.sum(), abs=0.2)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_numbers_at_a_bound_are_marked_and_printed(method):
+    """Of -x0, x1 and a bowl within the box: the first ends above, the second below."""
+    box = [(0.0, 2.0), (-1.0, 1.0), (-1.0, 1.0)]
+    result = bfoa(
+        lambda x: -x[0] + x[1] + x[2] ** 2, box, rng=1, method=method, maxfev=4000, workers=1
+    )
+    low, high = np.array(box).T
+    assert_array_equal(result.active_mask, (result.x == high).astype(int) - (result.x == low))
+    assert result.active_mask.tolist() == [1, -1, 0]
+    assert result.at_bounds() == {"x[0]": "upper", "x[1]": "lower"}
+    lines = str(result).splitlines()
+    assert lines[0] == f"OptimizeResult: {result.message}"
+    assert lines[1].split() == ["cost", f"{result.fun:.8g}"]
+    assert lines[2].split() == ["evaluations", "4000"]
+    assert lines[3].split() == ["time", f"{result.elapsed:.2f}", "s"]
+    assert lines[4].split() == ["seed", "1"]
+    assert lines[5:] == [
+        "  x[0]         2  (at its upper bound)",
+        "  x[1]         -1  (at its lower bound)",
+        f"  x[2]         {result.x[2]:.10g}",
+    ]
+
+
+def test_a_long_result_is_printed_in_part():
+    text = str(bfoa(lambda x: float((x**2).sum()), [(-1, 2)] * 100, rng=1, maxfev=200))
+    assert text.splitlines()[-1].split() == ["...", "and", "64", "more"]
+    assert len(text.splitlines()) == 42
+    assert str(OptimizeResult(fun=1.0, nfev=2)) == "OptimizeResult(fun=1, nfev=2)"
+
+
 def test_the_improved_method_finds_the_least():
     result = search(maxfev=3000)
     assert result.fun < 1e-10

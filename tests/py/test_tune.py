@@ -529,6 +529,29 @@ def test_a_result_is_a_text_in_short():
     same(result, copy.deepcopy(result))
 
 
+def test_parameters_at_their_bounds_are_marked(tmp_path):
+    bounds = {"kp_x": (0, 0.05), "kd_theta": (0.8, 1.0)}
+    result = short(bounds=bounds, maxfev=3000)
+    assert result.at_bounds()["kp_x"] == "upper"
+    mask = dict(zip(result.parameters, result.active_mask, strict=True))
+    assert mask["kp_x"] == 1
+    assert {name for name, side in mask.items() if side} == set(result.at_bounds())
+    text = str(result)
+    assert "  kp_x         0.05  (at its upper bound)" in text.splitlines()
+    for name, value in zip(result.parameters, result.x, strict=True):
+        assert [name, f"{value:.10g}"] in [line.split()[:2] for line in text.splitlines()]
+    result.to_json(tmp_path / "r.json")
+    same(TuneResult.from_json(tmp_path / "r.json"), result)
+    document = json.loads((tmp_path / "r.json").read_text())
+    for wrong in ([0], [2] * 11, "abc", [[0] * 11]):
+        (tmp_path / "r.json").write_text(json.dumps(document | {"active_mask": wrong}))
+        with refused("not a tuning result"):
+            TuneResult.from_json(tmp_path / "r.json")
+    del document["active_mask"]  # as earlier versions have written it
+    (tmp_path / "r.json").write_text(json.dumps(document))
+    assert TuneResult.from_json(tmp_path / "r.json").at_bounds() == {}
+
+
 # Searches in which every controller diverges
 
 
@@ -544,8 +567,8 @@ def test_a_search_in_which_all_diverges_is_no_success(structure):
     assert (result.success, result.status) == (False, list(MESSAGES).index("diverged"))
     assert result.message == (
         "The best controller that was found diverges at 0.2 s. The robot starts from rest where "
-        'the reference moves at 7.85 m/s and 0.393 rad/s: initial_velocity="reference" starts it with '
-        "these. The budget of evaluations is used up."
+        "the reference moves at 7.85 m/s and 0.393 rad/s: "
+        'initial_velocity="reference" starts it with these. The budget of evaluations is used up.'
     )
     assert simulate(result.scenario, result.controller).diverged_at == 0.2
     assert result.nfev == 400

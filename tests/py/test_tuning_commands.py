@@ -71,7 +71,9 @@ def test_the_command_writes_a_controller_for_the_executable(command, sim, tmp_pa
     lines = run.stdout.splitlines()
     assert lines[0].startswith(f"cost {result.fun:.8g} after 300 evaluations, ")
     assert lines[1] == "seed 1. The budget of evaluations is used up."
-    printed = dict(line.split() for line in lines[2:-1])
+    printed = dict(line.split()[:2] for line in lines[2:-1])
+    marked = {line.split()[0] for line in lines[2:-1] if line.endswith(" bound)")}
+    assert marked == set(result.at_bounds())
     assert list(printed) == result.parameters
     assert [float(value) for value in printed.values()] == pytest.approx(result.x, rel=1e-9)
     assert lines[-1] == "written: controller.json"
