@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import secrets
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from numbers import Integral
@@ -20,6 +19,7 @@ from nfopidn import _core
 from nfopidn._checks import check_encoding, is_number, whole_number
 from nfopidn._files import check_outputs
 from nfopidn._progress import Report, progress
+from nfopidn._workers import Workers, check_picklable
 
 Array = NDArray[np.float64]
 Callback = Callable[["OptimizeResult"], object]
@@ -500,7 +500,8 @@ def _pointwise(
     if callable(workers):
         mapping = workers
     elif workers > 1:
-        mapping = stack.enter_context(ProcessPoolExecutor(workers)).map
+        check_picklable(func, workers)
+        mapping = stack.enter_context(Workers(workers)).map
 
     def each(points: Array) -> Array:
         costs: list[float] = []

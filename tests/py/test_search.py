@@ -1,19 +1,21 @@
 """bfoa() and Forager: their arguments, how they end, and that only the seed decides the course."""
 
 import contextlib
+import functools
 import math
 import multiprocessing
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import traceback
 
 import nfopidn
 import numpy as np
 import pytest
-from nfopidn import Forager, OptimizeResult, _core, bfoa
+from nfopidn import Forager, OptimizeResult, _core, _workers, bfoa
 from nfopidn._search import MESSAGES
 from numpy.testing import assert_array_equal
 from refusal import refused
@@ -580,6 +582,32 @@ def test_workers_change_nothing(method):
     same(one, search(method=method, workers=2))
     same(one, search(method=method, workers=map))
     same(one, search(method=method, workers=lambda func, points: [func(x) for x in points]))
+
+
+class Unpicklable:
+    """A cost with a part that no other process can be sent."""
+
+    def __init__(self):
+        self.lock = threading.Lock()
+
+    def __call__(self, x):
+        return bowl(x)
+
+
+@pytest.mark.parametrize(
+    ("func", "parts"),
+    [
+        (lambda x: float(x[0]), ["<lambda>", "2 workers"]),
+        (Unpicklable(), ["Unpicklable", "cannot pickle '_thread.lock' object"]),
+        (functools.partial(bowl, Unpicklable().lock), ["partial", "'_thread.lock'"]),
+    ],
+    ids=["lambda", "object", "partial"],
+)
+def test_what_cannot_be_pickled_is_named_before_there_are_processes(func, parts, monkeypatch):
+    """Within a pool it was noticed late, and every third such search never ended."""
+    monkeypatch.setattr(_workers, "ProcessPoolExecutor", None)  # would fail
+    with refused("func is", "must be one that can be pickled", "workers=1", *parts):
+        search(func, workers=2)
 
 
 def test_workers_are_other_processes():

@@ -1,0 +1,58 @@
+"""Processes that evaluate points."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from types import TracebackType
+from typing import Any
+
+
+def check_picklable(func: Callable[..., Any], workers: int) -> None:
+    """Refuse a function that cannot be sent to other processes, before there are any.
+
+    Raises
+    ------
+    ValueError
+        Names the function and the part of it that cannot be sent.
+    """
+    try:
+        pickle.dumps(func)
+    except Exception as error:  # whatever a class's own way to be pickled raises
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(
+            f"func is {func!r}; must be one that can be pickled for {workers} workers, such as a "
+            f"function of a module; or give workers=1 ({reason})"
+        ) from None
+
+
+class Workers:
+    """A pool of processes; within `with`."""
+
+    def __init__(self, count: int) -> None:
+        self._pool = ProcessPoolExecutor(count)
+        self._cut_short = False
+
+    def map(self, func: Callable[[Any], Any], points: Iterable[Any]) -> Iterator[Any]:
+        """Give func of each point, in order."""
+        try:
+            yield from self._pool.map(func, points)
+        except BaseException:
+            self._cut_short = True  # what the others are at is of no use any more
+            raise
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the processes; those of a search that was cut short in the midst of a point."""
+        if self._cut_short or error is not None:
+            for process in list((self._pool._processes or {}).values()):
+                process.kill()
+        self._pool.shutdown(wait=True, cancel_futures=True)
