@@ -81,12 +81,10 @@ class Forager:
                 if self._ending:
                     self.result["message"] = _CLOSED
             except _ClosedError as closed:
-                # As when the callback closes it; the point that was not answered does not count.
+                # As when the callback closes it.
                 self.result = closed.best
-                nfev = self.result["nfev"] - 1
-                history = self.result["history"]
-                history["nfev"] = np.minimum(history["nfev"], nfev)
-                self.result.update(nfev=nfev, success=nfev > 0, status=_CALLBACK, message=_CLOSED)
+                success = self.result["nfev"] > 0
+                self.result.update(success=success, status=_CALLBACK, message=_CLOSED)
             except BaseException as error:
                 self.result = getattr(error, "best", None)
                 self._error = error

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from numbers import Integral
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,11 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from nfopidn import _core
 from nfopidn._checks import check_encoding, is_number, whole_number
 from nfopidn._files import check_outputs
+from nfopidn._interrupt import StopRequests, heeded_signals, user_code
 from nfopidn._progress import Report, progress
 from nfopidn._workers import Workers, check_picklable
 
 Array = NDArray[np.float64]
 Callback = Callable[["OptimizeResult"], object]
+Result = TypeVar("Result", bound="OptimizeResult")
 
 METHODS = ("bfoa+", "bfoa")
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
@@ -35,7 +37,7 @@ LATERAL_STAGES[_core.FREE_TAP_LATERALS[-1]] = ""
 MOST_WORKERS = 1024
 BOUND_WORDS = {-1: "  (at its lower bound)", 0: "", 1: "  (at its upper bound)"}
 MOST_LINES = 40  # of a printed result
-NEAR_BOUND = 1e-6  # of the width of the bounds: nearer, a number is at its bound
+NEAR_BOUND = 1e-4  # of the width of the bounds: nearer, a number is at its bound
 WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
 MESSAGES = {
@@ -289,9 +291,10 @@ def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
 class Observer:
     """What the core calls after each step: the user's callback, and the progress bar."""
 
-    def __init__(self, callback: Callback | None, report: Report) -> None:
+    def __init__(self, callback: Callback | None, report: Report, requests: StopRequests) -> None:
         self.callback = callback
         self.report = report
+        self.requests = requests
 
     def __call__(
         self,
@@ -308,7 +311,8 @@ class Observer:
         if self.callback is None:
             return True
         try:
-            self.callback(OptimizeResult(x=x, fun=fun, nfev=nfev, mean=mean, step=step))
+            with user_code(self.requests):
+                self.callback(OptimizeResult(x=x, fun=fun, nfev=nfev, mean=mean, step=step))
         except StopIteration:
             return False
         return True
@@ -325,9 +329,10 @@ def run(
     total = None if settings.maxfev == UNLIMITED else settings.maxfev
     found: dict[str, Any] = {}
     try:
-        with progress(title, total, settings.progress) as report:
+        with heeded_signals() as requests, progress(title, total, settings.progress) as report:
+            request["asked"] = requests.is_asked
             if callback is not None or settings.progress:
-                request["callback"] = Observer(callback, report)
+                request["callback"] = Observer(callback, report, requests)
             found.update(search(request))
     except KeyboardInterrupt as interrupt:
         if not found:
@@ -357,8 +362,15 @@ def finish(
     """Fill the result; raise what callback or function raised, with the result attached."""
     reason = found.pop("reason")
     fault = found.pop("checkpoint_fault")
+    if raised is not None and reason == "not_a_number":
+        # The function was asked for one point more, which it has not answered.
+        found["nfev"] -= 1
+        counts = found["history"][:, HISTORY.index("nfev")]
+        np.minimum(counts, found["nfev"], out=counts)
     if isinstance(raised, KeyboardInterrupt):
-        reason, raised = "interrupted", None
+        reason = "interrupted"
+        if found["nfev"] > 0:  # else there is nothing to return
+            raised = None
     history = np.zeros(len(found["history"]), dtype=[(name, float) for name in HISTORY])
     for column, name in enumerate(HISTORY):
         history[name] = found["history"][:, column]
@@ -371,7 +383,8 @@ def finish(
     result["message"] = MESSAGES[reason]
     error: BaseException | None = raised
     if error is not None:
-        result["message"] = f"{type(error).__name__} was raised; this is the best so far."
+        so_far = "this is the best so far" if found["nfev"] > 0 else "nothing was answered before"
+        result["message"] = f"{type(error).__name__} was raised; {so_far}."
     if error is None and fault:
         error = ValueError(f"checkpoint: {fault}")
     if error is None and reason == "not_a_number":
@@ -379,6 +392,29 @@ def finish(
     if error is not None:
         error.best = result  # type: ignore[attr-defined]
         raise error
+
+
+def returned(search: Callable[[], Result]) -> Result:
+    """Give what a search finds, whatever signal comes meanwhile; all of a public call is in here.
+
+    Ctrl-C ends the search, and the result says so. One that comes as the call returns may still
+    raise KeyboardInterrupt, whose `best` is the result.
+    """
+    result: Result | None = None
+    try:
+        with heeded_signals() as requests:
+            result = search()
+        if requests.asked:
+            result.update(
+                success=False,
+                status=list(MESSAGES).index("interrupted"),
+                message=MESSAGES["interrupted"],
+            )
+        return result
+    except KeyboardInterrupt as interrupt:
+        if result is not None:
+            interrupt.best = result  # type: ignore[attr-defined]
+        raise
 
 
 def deny_success(result: OptimizeResult, reason: str, text: str = "") -> None:
@@ -451,13 +487,27 @@ def bfoa(
     settings = check_settings(
         method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
     )
-    low, high = read_box(bounds)
+    box = read_box(bounds)
     if not callable(func):
         raise ValueError(f"func is {func!r}; must be a function")
+    if not callable(workers):
+        whole_number("workers", workers, 1, MOST_WORKERS)
+    return returned(lambda: _search(func, box, settings, callback, vectorized, workers))
+
+
+def _search(
+    func: Callable[[Array], Any],
+    box: tuple[Array, Array],
+    settings: Settings,
+    callback: Callback | None,
+    vectorized: bool,
+    workers: int | Callable[..., Iterable[Any]],
+) -> OptimizeResult:
+    """Search as bfoa() does, with what it has checked."""
+    low, high = box
     with ExitStack() as stack:
-        if not callable(workers):
-            whole_number("workers", workers, 1, MOST_WORKERS)
-        block = func if vectorized else _pointwise(func, workers, stack)
+        requests = stack.enter_context(heeded_signals())
+        block = _interruptible(func if vectorized else _pointwise(func, workers, stack), requests)
         request = settings.request(low, high, {"kind": "function"})
         request["most_at_once"] = UNLIMITED
         watched = settings.checkpoint or np.isfinite(settings.maxtime)
@@ -476,6 +526,16 @@ def bfoa(
     if result["fun"] == np.inf:
         deny_success(result, "no_finite_cost")
     return result
+
+
+def _interruptible(block: Callable[[Array], Any], requests: StopRequests) -> Callable[[Array], Any]:
+    """Make a function of points one within which Ctrl-C is heard at once."""
+
+    def called(points: Array) -> Any:
+        with user_code(requests):
+            return block(points)
+
+    return called
 
 
 def read_box(bounds: Any) -> tuple[Array, Array]:

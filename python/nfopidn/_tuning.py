@@ -38,6 +38,7 @@ from nfopidn._search import (
     deny_success,
     finish,
     problem_in,
+    returned,
     run,
 )
 from nfopidn._tune_result import TuneResult, scenario_list
@@ -113,7 +114,8 @@ def tune(
     ValueError
         Names the argument, its value and what is allowed.
     """
-    result = _tune(
+    search = partial(
+        _tune,
         scenario,
         structure=structure,
         bounds=bounds,
@@ -132,10 +134,15 @@ def tune(
         start=start,
         risk=risk,
     )
-    divergence = _divergence(result, risk)
-    if divergence is not None:
-        deny_success(result, "diverged", divergence)
-    return result
+
+    def found() -> TuneResult:
+        result = search()
+        divergence = _divergence(result, risk)
+        if divergence is not None:
+            deny_success(result, "diverged", divergence)
+        return result
+
+    return returned(found)
 
 
 def _divergence(result: TuneResult, risk: float) -> str | None:

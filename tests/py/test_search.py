@@ -123,7 +123,9 @@ def test_numbers_at_a_bound_are_marked_and_printed(method):
         lambda x: -x[0] + x[1] + x[2] ** 2, box, rng=1, method=method, maxfev=4000, workers=1
     )
     low, high = np.array(box).T
-    assert_array_equal(result.active_mask, (result.x == high).astype(int) - (result.x == low))
+    near = 1e-4 * (high - low)
+    sides = (result.x >= high - near).astype(int) - (result.x <= low + near)
+    assert_array_equal(result.active_mask, sides)
     assert result.active_mask.tolist() == [1, -1, 0]
     assert result.at_bounds() == {"x[0]": "upper", "x[1]": "lower"}
     lines = str(result).splitlines()
@@ -406,7 +408,9 @@ def test_what_func_raises_tells_where(vectorized):
 def test_what_func_raises_at_once_reaches_the_caller():
     with pytest.raises(ZeroDivisionError) as caught:
         search(Counted(1, throw(ZeroDivisionError())))
-    assert caught.value.best.nit == 0
+    best = caught.value.best
+    assert (best.nit, best.nfev, best.fun) == (0, 0, math.inf)
+    assert best.message == "ZeroDivisionError was raised; nothing was answered before."
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -814,7 +818,7 @@ def test_what_func_answered_before_it_raised_is_not_lost(workers):
     with pytest.raises(RuntimeError, match="enough") as caught:
         nfopidn.bfoa(func, [(0, 1)] * 3, rng=1, workers=workers)
     best = caught.value.best
-    assert best.nfev == 250
+    assert best.nfev == 249
     assert best.fun == min(((x - 0.3) ** 2).sum() for x in calls[:249])
 
 

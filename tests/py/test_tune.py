@@ -532,12 +532,12 @@ def test_a_result_is_a_text_in_short():
 def test_parameters_at_their_bounds_are_marked(tmp_path):
     bounds = {"kp_x": (0, 0.05), "kd_theta": (0.8, 1.0)}
     result = short(bounds=bounds, maxfev=3000)
-    assert result.at_bounds()["kp_x"] == "upper"
+    assert result.at_bounds()["kd_theta"] == "lower"
     mask = dict(zip(result.parameters, result.active_mask, strict=True))
-    assert mask["kp_x"] == 1
+    assert mask["kd_theta"] == -1
     assert {name for name, side in mask.items() if side} == set(result.at_bounds())
     text = str(result)
-    assert "  kp_x         0.05  (at its upper bound)" in text.splitlines()
+    assert "  kd_theta     0.8  (at its lower bound)" in text.splitlines()
     for name, value in zip(result.parameters, result.x, strict=True):
         assert [name, f"{value:.10g}"] in [line.split()[:2] for line in text.splitlines()]
     result.to_json(tmp_path / "r.json")
