@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from math import isfinite
@@ -13,7 +14,7 @@ import nfopidn
 from nfopidn._checks import check_encoding
 from nfopidn._compare.command import add_compare
 from nfopidn._files import check_outputs, check_picture, kept, load_controller, save_picture
-from nfopidn._interrupt import EXIT_INTERRUPTED
+from nfopidn._interrupt import EXIT_INTERRUPTED, heeded_signals
 from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
 from nfopidn._search import FIRST_STAGE, LATERAL_STAGES, MESSAGES
@@ -51,6 +52,14 @@ def _options(words: Sequence[str]) -> dict[str, float]:
 
 
 def _tune(arguments: argparse.Namespace) -> int:
+    """Tune and write; Ctrl-C and SIGTERM end the search, a second one ends the program."""
+    signals = (signal.SIGINT, signal.SIGTERM)
+    with heeded_signals(signals, second_ends=True) as requests:
+        code = _tune_and_write(arguments)
+    return EXIT_INTERRUPTED if requests.asked else code
+
+
+def _tune_and_write(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = load_controller(arguments.start) if arguments.start else None
     check_picture(arguments.plot)
@@ -123,8 +132,8 @@ def _add_tune(commands: Any) -> None:
         help="search for a controller's gains and orders",
         description="Searches for the gains and orders of least cost (eq. 41) and writes them as a "
         "controller file, which nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or "
-        "bad file, 3 the best controller that was found diverges, 130 interrupted (the best so far "
-        "is written).",
+        "bad file, 3 the best controller that was found diverges, 130 interrupted (by Ctrl-C or "
+        "SIGTERM; the best so far is written).",
     )
     add = parser.add_argument
     add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
