@@ -1,11 +1,11 @@
-"""Bacterial foraging for any function, with SciPy's conventions."""
+"""What the searches have in common: settings, results, callbacks, how they end."""
 
 from __future__ import annotations
 
+import inspect
 import json
 import secrets
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 from os import PathLike, fspath
@@ -13,17 +13,16 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._checks import check_encoding, is_number, whole_number
+from nfopidn._checks import check_encoding, is_number
 from nfopidn._files import check_outputs
 from nfopidn._interrupt import StopRequests, heeded_signals, user_code
 from nfopidn._progress import Report, progress
-from nfopidn._workers import Workers, check_picklable
 
 Array = NDArray[np.float64]
-Callback = Callable[["OptimizeResult"], object]
+Callback = Callable[..., object]
 Result = TypeVar("Result", bound="OptimizeResult")
 
 METHODS = ("bfoa+", "bfoa")
@@ -34,7 +33,7 @@ FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
 #: Those of its stages by what the lateral channel is fed; the last has the search's own name.
 LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
 LATERAL_STAGES[_core.FREE_TAP_LATERALS[-1]] = ""
-MOST_WORKERS = 1024
+MAXIMUM_WORKERS = 1024
 BOUND_WORDS = {-1: "  (at its lower bound)", 0: "", 1: "  (at its upper bound)"}
 MOST_LINES = 40  # of a printed result
 NEAR_BOUND = 1e-4  # of the width of the bounds: nearer, a number is at its bound
@@ -247,6 +246,10 @@ def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
         paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
         seeds = [_seed_of_checkpoint(path) for path in paths]
         return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
+    if isinstance(rng, np.random.SeedSequence | np.random.BitGenerator):
+        rng = np.random.default_rng(rng)
+    if isinstance(rng, np.random.RandomState):
+        return int(rng.randint(2**53, dtype=np.int64))
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
     if np.ndim(rng) != 0:
@@ -277,22 +280,40 @@ def _seed_of_checkpoint(path: str) -> int | None:
     return seed if isinstance(seed, int) and 0 <= seed <= 2**53 else None
 
 
-def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
+def check_bounds(low: Array, high: Array, names: Sequence[str], may_be_equal: bool = False) -> None:
     """Refuse bounds that are not finite or not in order."""
     for name, a, b in zip(names, low, high, strict=True):
         if not (np.isfinite(a) and np.isfinite(b)):
             raise ValueError(f"bounds of {name} are ({a}, {b}); must be finite")
         if abs(a) > WIDEST or abs(b) > WIDEST:
             raise ValueError(f"bounds of {name} are ({a}, {b}); must be within +-{WIDEST:g}")
-        if not a < b:
+        if not (a < b or (may_be_equal and a == b)):
             raise ValueError(f"bounds of {name} are ({a}, {b}); the first must be the smaller")
+
+
+def answering(callback: Callback) -> Callable[[OptimizeResult], object]:
+    """Give a function that calls a callback with what its parameters ask for, as SciPy does."""
+    try:
+        signature = inspect.signature(callback)
+    except ValueError:  # of some built-in functions it is not known
+        return lambda result: callback(result.x)
+    names = set(signature.parameters)
+    if names == {"intermediate_result"}:
+        return lambda result: callback(intermediate_result=result)
+    if names == {"result"}:
+        return callback
+    try:
+        signature.bind(None, None)
+    except TypeError:
+        return lambda result: callback(result.x)
+    return lambda result: callback(result.x, result.convergence)
 
 
 class Observer:
     """What the core calls after each step: the user's callback, and the progress bar."""
 
     def __init__(self, callback: Callback | None, report: Report, requests: StopRequests) -> None:
-        self.callback = callback
+        self.call = None if callback is None else answering(callback)
         self.report = report
         self.requests = requests
 
@@ -308,14 +329,31 @@ class Observer:
     ) -> bool:
         """Hand the result so far on; False ends the search."""
         self.report(nfev, f"{nfev} evaluations, cost {fun:.6g}")
-        if self.callback is None:
+        if self.call is None:
             return True
+        result = OptimizeResult(
+            x=x,
+            fun=fun,
+            nfev=nfev,
+            mean=mean,
+            step=step,
+            population=population,
+            population_energies=population_energies,
+            convergence=_convergence(population_energies),
+        )
         try:
             with user_code(self.requests):
-                self.callback(OptimizeResult(x=x, fun=fun, nfev=nfev, mean=mean, step=step))
+                return not bool(self.call(result))
         except StopIteration:
             return False
-        return True
+
+
+def _convergence(costs: Array) -> float:
+    """Give SciPy's measure of how alike the costs of a population are: 1 and more is alike."""
+    if not np.isfinite(costs).all():
+        return 0.0
+    tiny = np.finfo(float).eps
+    return float(0.01 / (np.std(costs) / (abs(np.mean(costs)) + tiny) + tiny))
 
 
 def run(
@@ -422,160 +460,3 @@ def deny_success(result: OptimizeResult, reason: str, text: str = "") -> None:
     if result["status"] <= CALLED_OFF:
         message = f"{MESSAGES[reason]}{text} {result['message']}"
         result.update(success=False, status=list(MESSAGES).index(reason), message=message)
-
-
-def bfoa(
-    func: Callable[[Array], Any],
-    bounds: Sequence[tuple[float, float]] | ArrayLike,
-    *,
-    method: str = "bfoa+",
-    options: Mapping[str, Any] | None = None,
-    rng: Any = None,
-    maxfev: int | None = None,
-    maxtime: float | None = None,
-    stopval: float | None = None,
-    callback: Callback | None = None,
-    vectorized: bool = False,
-    workers: int | Callable[..., Iterable[Any]] = 1,
-    checkpoint: str | PathLike[str] | None = None,
-    progress: bool = False,
-) -> OptimizeResult:
-    """Minimise a function within bounds by bacterial foraging.
-
-    Parameters
-    ----------
-    func
-        Takes a point (p,) and returns its cost, or, if `vectorized`, points (n, p) and returns
-        costs (n,). Infinity is a cost; NaN is refused.
-    bounds
-        (p, 2): low and high of each coordinate.
-    method
-        "bfoa+", the improved variant, or "bfoa", Passino's algorithm.
-    options
-        Settings of the method; docs/tuning.md lists them.
-    rng
-        A seed, a numpy.random.Generator, or None to draw a seed, which the result records.
-    maxfev, maxtime, stopval
-        End at this many evaluations (default 10,000 for "bfoa+", one schedule for "bfoa"), after
-        this time [s], or at this cost.
-    callback
-        Called with the result so far after each chemotactic step; may raise StopIteration.
-    vectorized
-        Whether func takes a block of points.
-    workers
-        Processes that evaluate a block's points, or a function like map. func must then be one
-        that can be pickled.
-    checkpoint
-        A file from which the same call goes on after an interruption, to the same result. It is
-        saved every half second between evaluations; a block, if func is `vectorized` or `workers`
-        is a map, is one evaluation.
-    progress
-        Whether to show a progress bar in a terminal or notebook; needs rich.
-
-    Returns
-    -------
-    OptimizeResult
-        Ctrl-C ends the search and returns the best so far. A search that has found no finite cost
-        is no success.
-
-    Raises
-    ------
-    ValueError
-        For an argument out of range, and for a cost that is NaN. What func raises is passed on;
-        its attribute `best` then holds the result so far.
-    """
-    settings = check_settings(
-        method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
-    )
-    box = read_box(bounds)
-    if not callable(func):
-        raise ValueError(f"func is {func!r}; must be a function")
-    if not callable(workers):
-        whole_number("workers", workers, 1, MOST_WORKERS)
-    return returned(lambda: _search(func, box, settings, callback, vectorized, workers))
-
-
-def _search(
-    func: Callable[[Array], Any],
-    box: tuple[Array, Array],
-    settings: Settings,
-    callback: Callback | None,
-    vectorized: bool,
-    workers: int | Callable[..., Iterable[Any]],
-) -> OptimizeResult:
-    """Search as bfoa() does, with what it has checked."""
-    low, high = box
-    with ExitStack() as stack:
-        requests = stack.enter_context(heeded_signals())
-        block = _interruptible(func if vectorized else _pointwise(func, workers, stack), requests)
-        request = settings.request(low, high, {"kind": "function"})
-        request["most_at_once"] = UNLIMITED
-        watched = settings.checkpoint or np.isfinite(settings.maxtime)
-        if watched and not vectorized and not callable(workers):
-            # Time is looked at, and answers are saved, between what is asked for together.
-            request["most_at_once"] = 1 if workers == 1 else 4 * workers
-        found, raised = run(
-            lambda request: _core.search_function(block, request),
-            request,
-            settings,
-            callback,
-            "bfoa",
-        )
-    result = OptimizeResult(seed=settings.seed)
-    finish(result, found, raised, (low, high))
-    if result["fun"] == np.inf:
-        deny_success(result, "no_finite_cost")
-    return result
-
-
-def _interruptible(block: Callable[[Array], Any], requests: StopRequests) -> Callable[[Array], Any]:
-    """Make a function of points one within which Ctrl-C is heard at once."""
-
-    def called(points: Array) -> Any:
-        with user_code(requests):
-            return block(points)
-
-    return called
-
-
-def read_box(bounds: Any) -> tuple[Array, Array]:
-    """Give low and high of bounds (p, 2), checked."""
-    try:
-        box = np.array(bounds, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"bounds are {bounds!r}; must be numbers (p, 2)") from None
-    if box.ndim != 2 or box.shape[1] != 2 or len(box) == 0:
-        raise ValueError(f"bounds have the shape {box.shape}; must be (p, 2)")
-    check_bounds(box[:, 0], box[:, 1], [f"coordinate {i}" for i in range(len(box))])
-    return box[:, 0].copy(), box[:, 1].copy()
-
-
-def _pointwise(
-    func: Callable[[Array], Any],
-    workers: int | Callable[..., Iterable[Any]],
-    stack: ExitStack,
-) -> Callable[[Array], Array]:
-    """Make a function of points from one of a point."""
-    mapping: Callable[..., Iterable[Any]] | None = None
-    if callable(workers):
-        mapping = workers
-    elif workers > 1:
-        check_picklable(func, workers)
-        mapping = stack.enter_context(Workers(workers)).map
-
-    def each(points: Array) -> Array:
-        costs: list[float] = []
-        try:
-            if mapping is None:  # a plain loop: through map a StopIteration of func would be lost
-                for point in points:
-                    costs.append(float(func(point)))
-            else:
-                for cost in mapping(func, points):
-                    costs.append(float(cost))
-        except BaseException as error:
-            with suppress(AttributeError, TypeError):
-                error._nfopidn_answered = costs  # type: ignore[attr-defined]  # the core counts them
-            raise
-        return np.array(costs)
-
-    return each

@@ -34,6 +34,7 @@ from nfopidn._search import (
     OptimizeResult,
     Settings,
     active_mask,
+    answering,
     check_settings,
     deny_success,
     finish,
@@ -461,8 +462,10 @@ def _counting_on(callback: Callback | None, spent: int) -> Callback | None:
     if callback is None or spent == 0:
         return callback
 
+    answer = answering(callback)
+
     def told(result: OptimizeResult) -> object:
-        return callback(OptimizeResult(result, nfev=result.nfev + spent))
+        return answer(OptimizeResult(result, nfev=result.nfev + spent))
 
     return told
 

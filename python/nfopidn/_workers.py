@@ -15,22 +15,23 @@ from typing import Any
 _LOOK = 1.0  # [s] between two looks at the parent, where its end is not told at once
 
 
-def check_picklable(func: Callable[..., Any], workers: int) -> None:
-    """Refuse a function that cannot be sent to other processes, before there are any.
+def check_picklable(func: Callable[..., Any], args: tuple[Any, ...], workers: int) -> None:
+    """Refuse what cannot be sent to other processes, before there are any.
 
     Raises
     ------
     ValueError
-        Names the function and the part of it that cannot be sent.
+        Names it, and the part of it that cannot be sent.
     """
-    try:
-        pickle.dumps(func)
-    except Exception as error:  # whatever a class's own way to be pickled raises
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(
-            f"func is {func!r}; must be one that can be pickled for {workers} workers, such as a "
-            f"function of a module; or give workers=1 ({reason})"
-        ) from None
+    for name, value in (("func", func), ("args", args)):
+        try:
+            pickle.dumps(value)
+        except Exception as error:  # whatever a class's own way to be pickled raises
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise ValueError(
+                f"{name} is {value!r}; must be such that it can be pickled for {workers} workers, "
+                f"as functions of a module can; or give workers=1 ({reason})"
+            ) from None
 
 
 class Workers:

@@ -30,7 +30,7 @@ from nfopidn import (
 from nfopidn._search import MESSAGES
 from numpy.testing import assert_array_equal
 from refusal import refused
-from results import same
+from results import same, watcher
 
 STRUCTURES = {  # and the most that they cost after 2000 evaluations; published: 0.0921
     "paper": 0.05,
@@ -693,7 +693,7 @@ def test_free_taps_step_as_simulated(of_taps, published):
 
 def test_a_callback_sees_the_search():
     seen = []
-    result = short(callback=seen.append, maxfev=1500)
+    result = short(callback=watcher(seen), maxfev=1500)
     assert [step.nfev for step in seen] == result.history["nfev"][: len(seen)].tolist()
     assert len(seen) >= result.nit - 1 > 5
     assert all(step.x.shape == (11,) for step in seen)
@@ -796,7 +796,8 @@ def test_free_taps_stay_within_their_bounds():
 
 def test_a_callback_is_told_the_evaluations_of_all_stages():
     seen = []
-    result = tune(structure="taps", rng=1, maxfev=1500, callback=lambda r: seen.append(r.nfev))
+    result = tune(structure="taps", rng=1, maxfev=1500, callback=watcher(seen))
+    seen = [step.nfev for step in seen]
     assert seen == sorted(seen)
     assert 1000 < max(seen) <= result.nfev == 1500
 
