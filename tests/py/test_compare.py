@@ -432,8 +432,22 @@ def test_an_optimum_without_casadi_is_refused_before_any_work(tmp_path, monkeypa
     words = ["--maxfev", str(10**9), "--optimum", "--csv", "t.csv"]
     code, out, err = command(tmp_path, monkeypatch, capsys, *words)
     assert (code, out) == (2, "")
-    assert "nfopidn[optimum]" in err
+    assert "pip install 'nfopidn[optimum]'" in err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_ranking_without_scipy_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "scipy.stats", None)
+    words = ["--controllers", "paper", "samson", "--csv", "t.csv", "--scenarios", "published"]
+    endless = ["--maxfev", str(10**9), "--seeds", "6"]
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words, *endless)
+    assert (code, out) == (2, "")
+    assert err == "nfopidn: ranking needs SciPy: pip install 'nfopidn[compare]'\n"
+    assert not list(tmp_path.iterdir())
+    few = ["--maxfev", "20", "--seeds", "5"]  # too few for the test
+    assert command(tmp_path, monkeypatch, capsys, *words, *few)[0] == 0
+    fixed = ["--controllers", "published", "published", "--seeds", "50"]
+    assert command(tmp_path, monkeypatch, capsys, *words, *fixed)[0] == 0
 
 
 def test_the_command_refuses_to_write_over_what_it_reads(tmp_path, monkeypatch, capsys):

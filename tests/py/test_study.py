@@ -349,7 +349,7 @@ def test_a_missing_extra_is_named_before_any_work(command, monkeypatch, tmp_path
     monkeypatch.setitem(sys.modules, "casadi", None)
     code, _, error = command("-o", "out")
     assert code == 2
-    assert error.endswith("pip install nfopidn[optimum]\n")
+    assert error.endswith("pip install 'nfopidn[optimum]'\n")
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
