@@ -199,12 +199,17 @@ def test_ctrl_c_twice_while_workers_are_busy_returns_the_best(tmp_path):
         wait_until((tmp_path / "slow").exists)
         for _ in range(2):
             signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-            threading.Event().wait(0.02)
+            threading.Event().wait(0.005)
 
     thread = threading.Thread(target=send, daemon=True)
     thread.start()
-    result = bfoa(Slow(tmp_path, 40), BOX, rng=1, workers=2, method="bfoa", maxfev=10**6)
-    thread.join()
+    result = None
+    try:
+        result = bfoa(Slow(tmp_path, 40), BOX, rng=1, workers=2, method="bfoa", maxfev=10**6)
+        thread.join()
+    except KeyboardInterrupt as interrupt:  # the second came when the call had returned, or did
+        thread.join()
+        result = interrupt.best if result is None else result
     assert result.message == INTERRUPTED
     assert result.nfev >= 20
     assert result.fun == bowl(result.x)
