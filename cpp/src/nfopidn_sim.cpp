@@ -487,6 +487,19 @@ Outcome check_outputs(const Outputs& paths, const std::vector<std::string>& inpu
   return {};
 }
 
+// Writes what can be written; names all that cannot.
+Outcome write_all(const Outputs& paths, const Outputs& contents) {
+  Outcome faults;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].empty()) continue;
+    const Outcome outcome = write_file(paths[i], contents[i]);
+    if (outcome) continue;
+    const std::string before = faults ? "" : faults.message + "; ";
+    faults = {outcome.status, before + outcome.message};
+  }
+  return faults;
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
@@ -507,10 +520,7 @@ int run(const Arguments& arguments) {
   const SimulationResult result = simulate(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),
                             document_text(write_controller(design))};
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (outputs[i].empty()) continue;
-    if (Outcome outcome = write_file(outputs[i], contents[i]); !outcome) return fail(outcome);
-  }
+  if (Outcome outcome = write_all(outputs, contents); !outcome) return fail(outcome);
   Outcome printed;
   if (arguments.json) {
     printed = print(metrics_json(result).dump() + "\n");

@@ -165,8 +165,8 @@ def read_box(bounds: Any) -> Box:
             bounds = np.column_stack(
                 np.broadcast_arrays(*map(np.atleast_1d, (bounds.lb, bounds.ub)))
             )
-        box = np.array(bounds, dtype=float)
-    except (TypeError, ValueError, OverflowError):
+        box = real_numbers("bounds", bounds)
+    except (TypeError, ValueError):
         raise ValueError(f"bounds are {bounds!r}; must be numbers (p, 2)") from None
     if box.ndim != 2 or box.shape[1] != 2 or len(box) == 0:
         raise ValueError(f"bounds have the shape {box.shape}; must be (p, 2)")
@@ -254,7 +254,10 @@ def _plain_cost(cost: Any) -> float:
         if array.size != 1:
             raise ValueError(f"func returned an array of shape {array.shape}; must return a number")
         cost = array.item()
-    return float(cost)
+    try:
+        return float(cost)
+    except OverflowError:
+        raise ValueError("func returned a whole number beyond every double") from None
 
 
 class _Answer(float):

@@ -391,6 +391,16 @@ def active_mask(x: Array, low: Array, high: Array) -> NDArray[np.int64]:
     return np.where(high > low, sides, 0)
 
 
+def ended_by(reason: str) -> dict[str, Any]:
+    """Give success, status and message of a search that ended so."""
+    success = reason not in ("interrupted", "not_a_number")
+    return {
+        "success": success,
+        "status": list(MESSAGES).index(reason),
+        "message": MESSAGES[reason],
+    }
+
+
 def finish(
     result: OptimizeResult,
     found: dict[str, Any],
@@ -416,9 +426,7 @@ def finish(
     result.update(found)
     result["active_mask"] = active_mask(found["x"], *box)
     result["nit"] = len(history)
-    result["success"] = reason not in ("interrupted", "not_a_number")
-    result["status"] = list(MESSAGES).index(reason)
-    result["message"] = MESSAGES[reason]
+    result.update(ended_by(reason))
     error: BaseException | None = raised
     if error is not None:
         so_far = "this is the best so far" if found["nfev"] > 0 else "nothing was answered before"
@@ -443,11 +451,7 @@ def returned(search: Callable[[], Result]) -> Result:
         with heeded_signals() as requests:
             result = search()
         if requests.asked:
-            result.update(
-                success=False,
-                status=list(MESSAGES).index("interrupted"),
-                message=MESSAGES["interrupted"],
-            )
+            result.update(ended_by("interrupted"))
         return result
     except KeyboardInterrupt as interrupt:
         if result is not None:

@@ -13,7 +13,14 @@ from typing import Any
 import nfopidn
 from nfopidn._checks import check_encoding
 from nfopidn._compare.command import add_compare
-from nfopidn._files import check_outputs, check_picture, kept, load_controller, save_picture
+from nfopidn._files import (
+    check_outputs,
+    check_picture,
+    kept,
+    load_controller,
+    raise_kept,
+    save_picture,
+)
 from nfopidn._interrupt import EXIT_INTERRUPTED, heeded_signals
 from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
@@ -116,8 +123,7 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         for name, value in result.numbers():
             print(f"  {name:12} {value}")
         print(f"written: {arguments.output}" if not faults else "not all could be written")
-    if faults:
-        raise faults[0]
+    raise_kept(faults)
     if result.message == MESSAGES["interrupted"]:
         return EXIT_INTERRUPTED
     if not result.success:

@@ -122,7 +122,9 @@ def test_a_cost_of_shape_1(minimise):
     assert_array_equal(one.x, other.x)
 
 
-@pytest.mark.parametrize("reply", [np.zeros(2), "0.5", b"1", None, np.array([1j]), np.zeros(0)])
+@pytest.mark.parametrize(
+    "reply", [np.zeros(2), "0.5", b"1", None, np.array([1j]), np.zeros(0), 10**400]
+)
 @pytest.mark.parametrize("workers", [1, map])
 def test_what_is_no_cost_is_refused(reply, workers):
     with pytest.raises((TypeError, ValueError)):

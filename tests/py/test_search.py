@@ -176,6 +176,8 @@ def test_defaults_of_the_budget():
         ([(0, 1), (-1e308, 1e308)], ["bounds of coordinate 1", "1e+308"]),
         ([0, 1], ["bounds", "(2,)", "(p, 2)"]),
         ([(0, 1, 2)], ["bounds", "(1, 3)", "(p, 2)"]),
+        ([("0", "1")], ["bounds are", "must be numbers (p, 2)"]),
+        ([(0, 1j)], ["bounds are", "must be numbers (p, 2)"]),
         (np.zeros((0, 2)), ["bounds", "(0, 2)", "(p, 2)"]),
         ([[(0, 1)]], ["bounds", "(1, 1, 2)", "(p, 2)"]),
     ],

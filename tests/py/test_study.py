@@ -141,6 +141,10 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
     with pytest.raises(ValueError, match=r"README.md: is not of a study"):
         _files.make_folder(tmp_path)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine", "mine"]
+    (tmp_path / "README.md").unlink()
+    (tmp_path / "README.md").symlink_to("/dev/zero")  # has no end
+    with pytest.raises(ValueError, match=r"README.md: is not of a study"):
+        _files.make_folder(tmp_path)
 
 
 def test_numbers_that_are_not_finite_are_nothing(tmp_path):

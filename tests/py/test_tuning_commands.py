@@ -368,6 +368,21 @@ def test_what_can_be_written_is_written(cli_tune, tmp_path):
     assert TuneResult.from_json(tmp_path / "r.json").nfev == 300
 
 
+def test_all_that_cannot_be_written_is_named(cli_tune, sim, tmp_path):
+    (tmp_path / "full.png").symlink_to("/dev/full")
+    words = ("-o", "/dev/full", "--plot", "full.png", "--result", "r.json")
+    code, _, err = cli_tune(*SHORT, *words)
+    assert (code, err.count("\n"), err.count("No space left")) == (2, 1, 2)
+    assert "/dev/full: " in err
+    assert "full.png" in err
+    assert TuneResult.from_json(tmp_path / "r.json").nfev == 300
+    words = ("--out", "/dev/full", "--save-scenario", "full.png", "--save-controller", "c.json")
+    run = sim(*words, cwd=tmp_path)
+    assert (run.returncode, run.stderr.count("\n")) == (2, 1)
+    assert run.stderr.count("No space left") == 2
+    assert Controller.load(tmp_path / "c.json") == Controller.published()
+
+
 def test_a_stages_checkpoint_is_no_place_for_another_file(cli_tune, tmp_path):
     words = ("--structure", "taps", "--checkpoint", "ck", "-o", "ck.gains")
     code, _, err = cli_tune(*SHORT, *words)

@@ -22,6 +22,7 @@ from nfopidn._files import (
     check_picture,
     kept,
     load_controller,
+    raise_kept,
     replace_file,
     save_picture,
 )
@@ -163,8 +164,7 @@ def _compare(arguments: argparse.Namespace) -> int:
             ranking = result.ranking(name)
             verdict = f"winner {ranking.winner}" if ranking.winner else ranking.reason
             print(f"{name}: {verdict}" if not arguments.details else f"\n{result.details(name)}")
-    if faults:
-        raise faults[0]
+    raise_kept(faults)
     return 0 if complete else EXIT_INTERRUPTED
 
 
