@@ -136,8 +136,10 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.footer(
       "Without options but --traj ranunculoid this is the paper's scenario under its gains.\n"
       "Torques have the paper's sign: a positive left torque turns the robot counter-clockwise.\n"
-      "Exit code: 0 done, 2 bad usage or bad file, 3 the run diverged, 130 --tune was interrupted\n"
-      "(by Ctrl-C or SIGTERM; the best so far is run and written).");
+      "Exit code: 0 done, 2 bad usage or bad file, 3 the run diverged (after --tune: that of the "
+      "best\n"
+      "controller), 130 --tune was interrupted (by Ctrl-C or SIGTERM; the best so far is run and\n"
+      "written).");
 }
 
 bool is_csv(const std::string& name) {
@@ -392,6 +394,18 @@ Json metrics_json(const SimulationResult& result) {
   return object;
 }
 
+// What may be why a run diverges: a start from rest where the reference moves.
+std::string start_advice(const Scenario& scenario) {
+  const InitialVelocity& start = scenario.initial_velocity;
+  const double v = scenario.trajectory.v(0), omega = scenario.trajectory.omega(0);
+  const bool rests = !start.reference && start.value == std::array<double, 2>{0, 0};
+  if (!rests || (v == 0 && omega == 0)) return "";
+  return format(
+      "The robot starts from rest where the reference moves at %.3g m/s and %.3g rad/s:\n"
+      "--velocity reference starts it with these.\n",
+      v, omega);
+}
+
 std::string summary(const Scenario& scenario, const SimulationResult& result) {
   const TrajectorySettings& t = scenario.trajectory.settings;
   std::string text = format("%s, %lld samples, %g s apart, heading %s\n\n",
@@ -404,7 +418,8 @@ std::string summary(const Scenario& scenario, const SimulationResult& result) {
   });
   if (result.diverged) {
     text += format("\nThe run diverged at %g s; the metrics but the cost are those before.\n",
-                   result.diverged_at);
+                   result.diverged_at) +
+            start_advice(scenario);
   }
   return text;
 }
@@ -472,6 +487,19 @@ Outcome check_outputs(const Outputs& paths, const std::vector<std::string>& inpu
   return {};
 }
 
+// Writes what can be written; names all that cannot.
+Outcome write_all(const Outputs& paths, const Outputs& contents) {
+  Outcome faults;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].empty()) continue;
+    const Outcome outcome = write_file(paths[i], contents[i]);
+    if (outcome) continue;
+    const std::string before = faults ? "" : faults.message + "; ";
+    faults = {outcome.status, before + outcome.message};
+  }
+  return faults;
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
@@ -492,10 +520,7 @@ int run(const Arguments& arguments) {
   const SimulationResult result = simulate(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),
                             document_text(write_controller(design))};
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    if (outputs[i].empty()) continue;
-    if (Outcome outcome = write_file(outputs[i], contents[i]); !outcome) return fail(outcome);
-  }
+  if (Outcome outcome = write_all(outputs, contents); !outcome) return fail(outcome);
   Outcome printed;
   if (arguments.json) {
     printed = print(metrics_json(result).dump() + "\n");
@@ -504,6 +529,11 @@ int run(const Arguments& arguments) {
   }
   if (!printed) return fail(printed);
   if (StopRequests::asked()) return exit_interrupted;
+  if (arguments.tune && result.diverged) {
+    std::cerr << "nfopidn_sim: --tune: the best controller that was found diverges at "
+              << format("%g s\n", result.diverged_at);
+    if (arguments.json || arguments.quiet) std::cerr << start_advice(scenario);
+  }
   return result.diverged ? exit_diverged : exit_done;
 }
 

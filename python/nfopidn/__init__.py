@@ -1,6 +1,7 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
 from nfopidn import _pickle, fractional, plot, stability, study
+from nfopidn._bfoa import bfoa
 from nfopidn._compare import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn._core import (
     Controller,
@@ -17,7 +18,7 @@ from nfopidn._forager import Forager
 from nfopidn._objective import Objective
 from nfopidn._parameters import default_bounds
 from nfopidn._report import report
-from nfopidn._search import OptimizeResult, bfoa
+from nfopidn._search import OptimizeResult
 from nfopidn._tune_result import TuneResult
 from nfopidn._tuning import tune
 

@@ -77,6 +77,20 @@ def kept(faults: list[OSError | ValueError]) -> Iterator[None]:
         faults.append(error)
 
 
+def raise_kept(faults: list[OSError | ValueError]) -> None:
+    """Raise what was kept, if anything was.
+
+    Raises
+    ------
+    OSError, ValueError
+        The one, or, of several, a ValueError that names them all.
+    """
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        raise ValueError("; ".join(map(str, faults)))
+
+
 def save_picture(figure: Figure, path: str | PathLike[str], **settings: Any) -> None:
     """Save a figure whole or not at all, in the format that the name's end asks for."""
     picture = BytesIO()

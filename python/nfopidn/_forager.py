@@ -9,112 +9,149 @@ import queue
 import threading
 import weakref
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nfopidn._bfoa import bfoa, one_seed, read_box, read_start
 from nfopidn._checks import real_numbers
 from nfopidn._search import (
     MESSAGES,
     Array,
     Callback,
     OptimizeResult,
-    bfoa,
+    answering,
     check_settings,
-    read_box,
 )
 
 _CALLBACK = list(MESSAGES).index("callback")
 _CLOSED = "The search was closed; this is the best so far."
-_OPEN: weakref.WeakSet[Forager] = weakref.WeakSet()
 
 
-@atexit.register
-def _close_all() -> None:
-    """End the searches that nobody has: a thread in the core would bring the interpreter down."""
-    for forager in list(_OPEN):
-        with suppress(BaseException):
-            forager.close()
+class _ClosedError(Exception):
+    best: OptimizeResult
 
 
-class Forager:
-    """The same search by ask and tell, for costs that come from elsewhere.
+class _Course:
+    """A search in a thread of its own, which knows nothing of the Forager that has it."""
 
-    >>> forager = Forager([(0, 1), (0, 1)], rng=1, maxfev=100)
-    >>> while (points := forager.ask()) is not None:
-    ...     forager.tell([((x - 0.3) ** 2).sum() for x in points])
-    >>> forager.result.nfev
-    100
-    """
-
-    def __init__(self, bounds: Sequence[tuple[float, float]] | ArrayLike, **arguments: Any) -> None:
-        """Take the arguments of bfoa(), but for func, vectorized and workers."""
-        for name in ("func", "vectorized", "workers"):
-            if name in arguments:
-                raise TypeError(f"Forager() has no argument {name!r}")
-        self._points: queue.Queue[Array | None] = queue.Queue()
-        self._costs: queue.Queue[Array | None] = queue.Queue()
-        self._asked: Array | None = None
-        self._error: BaseException | None = None
-        self._closed = False
-        self._ending = False  # asked for by the callback
-        #: The OptimizeResult once ask() has returned None, or raised.
+    def __init__(self, bounds: Any, arguments: dict[str, Any]) -> None:
+        self.points: queue.Queue[Array | None] = queue.Queue()
+        self.costs: queue.Queue[Array | None] = queue.Queue()
+        self.error: BaseException | None = None
         self.result: OptimizeResult | None = None
-        read_box(bounds)
-        given = inspect.signature(bfoa).bind(None, bounds, **arguments)
-        given.apply_defaults()
-        known = inspect.signature(check_settings).parameters
-        words = {name: word for name, word in given.arguments.items() if name in known}
-        if hasattr(words["rng"], "integers"):  # a generator's numbers are the search's
-            words["rng"] = 0
-        check_settings(**words)
-        self._process = os.getpid()
-        callback = given.arguments["callback"]
-        if callback is not None:
-            arguments["callback"] = self._told(callback)
-
-        def work() -> None:
-            try:
-                self.result = bfoa(self._evaluate, bounds, vectorized=True, **arguments)
-                if self._ending:
-                    self.result["message"] = _CLOSED
-            except _ClosedError as closed:
-                # As when the callback closes it; the point that was not answered does not count.
-                self.result = closed.best
-                nfev = self.result["nfev"] - 1
-                history = self.result["history"]
-                history["nfev"] = np.minimum(history["nfev"], nfev)
-                self.result.update(nfev=nfev, success=nfev > 0, status=_CALLBACK, message=_CLOSED)
-            except BaseException as error:
-                self.result = getattr(error, "best", None)
-                self._error = error
-            self._points.put(None)
-
-        self._thread = threading.Thread(target=work, daemon=True)
-        self._thread.start()
+        self.ending = False  # asked for by the callback
+        self.process = os.getpid()
+        self.arguments = arguments
+        self.bounds = bounds
+        if arguments.get("callback") is not None:
+            arguments["callback"] = self._told(arguments["callback"])
+        self.thread = threading.Thread(target=self._search, daemon=True)
+        self.thread.start()
         _OPEN.add(self)
 
-    def _evaluate(self, points: Array) -> Array:
-        self._points.put(points)
-        costs = self._costs.get()
+    def _search(self) -> None:
+        try:
+            self.result = bfoa(self._evaluate, self.bounds, vectorized=True, **self.arguments)
+            if self.ending:
+                self.result["message"] = _CLOSED
+        except _ClosedError as closed:  # as when the callback closes it
+            self.result = closed.best
+            self.result.update(status=_CALLBACK, message=_CLOSED)
+        except BaseException as error:
+            self.result = getattr(error, "best", None)
+            self.error = error
+        self.points.put(None)
+
+    def _evaluate(self, columns: Array) -> Array:
+        self.points.put(np.ascontiguousarray(columns.T))
+        costs = self.costs.get()
         if costs is None:
             raise _ClosedError
         return costs
 
     def _told(self, callback: Callback) -> Callback:
+        answer = answering(callback)
+
         def tell_result(result: OptimizeResult) -> object:
-            answer = callback(result)
-            if self._ending:
+            reply = answer(result)
+            if self.ending:
                 raise StopIteration
-            return answer
+            return reply
 
         return tell_result
 
+    def abandon(self) -> None:
+        """Let the search end by itself: nobody answers it any more.
+
+        Called where an object is collected, in any thread, the search's own among them: it waits
+        for nothing.
+        """
+        self.ending = True
+        self.costs.put(None)
+
+
+_OPEN: weakref.WeakSet[_Course] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """End the searches that nobody has: a thread in the core would bring the interpreter down."""
+    for course in list(_OPEN):
+        if course.process == os.getpid():  # in a fork no search runs
+            course.abandon()
+            course.thread.join()
+
+
+class Forager:
+    """The same search by ask and tell, for costs that come from elsewhere.
+
+    >>> with Forager([(0, 1), (0, 1)], rng=1, maxfev=100) as forager:
+    ...     while (points := forager.ask()) is not None:
+    ...         forager.tell([((x - 0.3) ** 2).sum() for x in points])
+    >>> forager.result.nfev
+    100
+
+    A Forager has a thread, which ends with the search: at its own end, at close(), at the end of
+    `with`, or when nobody has the Forager any more.
+    """
+
+    def __init__(self, bounds: Sequence[tuple[float, float]] | ArrayLike, **arguments: Any) -> None:
+        """Take the arguments of bfoa(), but for func, args, vectorized and workers."""
+        for name in ("func", "args", "vectorized", "workers"):
+            if name in arguments:
+                raise TypeError(f"Forager() has no argument {name!r}")
+        self._asked: Array | None = None
+        self._closed = False
+        box = read_box(bounds)
+        given = inspect.signature(bfoa).bind(None, bounds, **arguments)
+        given.apply_defaults()
+        known = inspect.signature(check_settings).parameters
+        words = {name: word for name, word in given.arguments.items() if name in known}
+        words["rng"] = one_seed(given.arguments["rng"], given.arguments["seed"])
+        if hasattr(words["rng"], "integers") or hasattr(words["rng"], "randint"):
+            words["rng"] = 0  # a generator's numbers are the search's
+        read_start(given.arguments["x0"], box)
+        check_settings(**words)
+        self._course = _Course(bounds, arguments)
+        weakref.finalize(self, self._course.abandon).atexit = False  # _close_all() does it then
+
+    @property
+    def result(self) -> OptimizeResult | None:
+        """The OptimizeResult once ask() has returned None, or raised."""
+        return self._course.result
+
+    def __enter__(self) -> Forager:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
     def _is_searching(self) -> bool:
         """Whether it is the callback that calls, which the search waits for."""
-        return threading.current_thread() is self._thread
+        return threading.current_thread() is self._course.thread
 
     def ask(self) -> Array | None:
         """Give the points (n, p) whose costs are wanted, the same until told; None at the end.
@@ -128,13 +165,13 @@ class Forager:
         """
         if self._is_searching():
             raise ValueError("ask() is not for a callback, which the search waits for")
-        if self._process != os.getpid():
+        if self._course.process != os.getpid():
             raise ValueError("ask() comes in another process than the Forager is in")
         if self._asked is None and not self._closed:
-            self._asked = self._points.get()
+            self._asked = self._course.points.get()
             self._closed = self._asked is None
-            if self._error is not None:
-                raise self._error
+            if self._course.error is not None:
+                raise self._course.error
         return self._asked
 
     def tell(self, costs: ArrayLike) -> None:
@@ -154,14 +191,14 @@ class Forager:
         if np.isnan(values).any():
             raise ValueError("costs hold NaN; give inf for points that have no cost")
         self._asked = None
-        self._costs.put(values)
+        self._course.costs.put(values)
 
     def close(self) -> None:
         """End the search early; result holds the best so far."""
         if self._is_searching():
-            self._ending = True
+            self._course.ending = True
             return
-        if self._process != os.getpid():  # a fork, in which the search does not run
+        if self._course.process != os.getpid():  # a fork, in which the search does not run
             self._closed = True
             return
         if not self._closed:
@@ -169,9 +206,5 @@ class Forager:
         if not self._closed:
             self._asked = None
             self._closed = True
-            self._costs.put(None)
-        self._thread.join()
-
-
-class _ClosedError(Exception):
-    best: OptimizeResult
+            self._course.costs.put(None)
+        self._course.thread.join()

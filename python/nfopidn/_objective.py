@@ -13,7 +13,7 @@ from nfopidn import _core
 from nfopidn._checks import is_number, real_numbers, whole_number
 from nfopidn._core import Controller, Scenario
 from nfopidn._parameters import ControllerSearch, make_search
-from nfopidn._search import MOST_WORKERS, Array
+from nfopidn._search import MAXIMUM_WORKERS, Array
 from nfopidn._tune_result import scenario_list
 
 
@@ -137,7 +137,7 @@ def cost_function(
 
 
 def check_share(risk: float, workers: int) -> None:
-    whole_number("workers", workers, 1, MOST_WORKERS)
+    whole_number("workers", workers, 1, MAXIMUM_WORKERS)
     if not is_number(risk) or not 0 <= risk <= 1:
         raise ValueError(f"risk is {risk}; must be in [0, 1]")
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from nfopidn import _core
-from nfopidn._checks import check_encoding, is_number
+from nfopidn._checks import check_encoding, is_number, real_numbers
 from nfopidn._core import Controller, Rival, Robot, Scenario
 from nfopidn._search import Array, check_bounds
 
@@ -259,8 +259,8 @@ def _free_box(
         box.update({name: _pair(name, pair) for name, pair in bounds.items()})
     elif bounds is not None:
         try:
-            rows = np.array(bounds, dtype=float)
-        except (TypeError, ValueError, OverflowError):
+            rows = real_numbers("bounds", bounds)
+        except ValueError:
             raise ValueError(f"bounds are {bounds!r}; must be numbers ({len(own)}, 2)") from None
         if rows.shape != (len(own), 2):
             raise ValueError(

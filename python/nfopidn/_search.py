@@ -1,28 +1,29 @@
-"""Bacterial foraging for any function, with SciPy's conventions."""
+"""What the searches have in common: settings, results, callbacks, how they end."""
 
 from __future__ import annotations
 
+import inspect
 import json
 import secrets
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._checks import check_encoding, is_number, whole_number
+from nfopidn._checks import check_encoding, is_number
 from nfopidn._files import check_outputs
+from nfopidn._interrupt import StopRequests, heeded_signals, user_code
 from nfopidn._progress import Report, progress
 
 Array = NDArray[np.float64]
-Callback = Callable[["OptimizeResult"], object]
+Callback = Callable[..., object]
+Result = TypeVar("Result", bound="OptimizeResult")
 
 METHODS = ("bfoa+", "bfoa")
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
@@ -32,7 +33,10 @@ FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
 #: Those of its stages by what the lateral channel is fed; the last has the search's own name.
 LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
 LATERAL_STAGES[_core.FREE_TAP_LATERALS[-1]] = ""
-MOST_WORKERS = 1024
+MAXIMUM_WORKERS = 1024
+BOUND_WORDS = {-1: "  (at its lower bound)", 0: "", 1: "  (at its upper bound)"}
+MOST_LINES = 40  # of a printed result
+NEAR_BOUND = 1e-4  # of the width of the bounds: nearer, a number is at its bound
 WIDEST = 1e300  # of a bound: beyond, the width of a box overflows
 
 MESSAGES = {
@@ -43,15 +47,19 @@ MESSAGES = {
     "callback": "The callback asked to stop.",
     "interrupted": "The search was interrupted; this is the best so far.",
     "not_a_number": "The function returned NaN.",
+    "no_finite_cost": "No point that was tried has a finite cost.",
+    "diverged": "The best controller that was found diverges",
 }
+#: Up to this status a search has ended as it was asked to.
+CALLED_OFF = list(MESSAGES).index("callback")
 
 
 class OptimizeResult(dict[str, Any]):
     """The result of a search: SciPy's fields, as attributes and as keys.
 
     x (p,), fun, nfev, nit, success, status, message, population (S, p), population_energies (S,),
-    history (a structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed,
-    elapsed [s].
+    active_mask (p,) (-1 where x is at its lower bound, 1 at its upper one, else 0), history (a
+    structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed, elapsed [s].
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -75,6 +83,40 @@ class OptimizeResult(dict[str, Any]):
             return f"{type(self).__name__}({dict(self)})"
         text = f"{type(self).__name__}(fun={self['fun']:.6g}, nfev={self['nfev']}"
         return text + (f", {self['message']!r})" if "message" in self else ")")
+
+    def __str__(self) -> str:
+        """Tell what was found, in lines: a number of x each, marked where it is at its bound."""
+        if not {"x", "fun", "nfev", "message", "elapsed"} <= set(self):
+            return repr(self)
+        lines = [
+            ("cost", f"{self['fun']:.8g}"),
+            ("evaluations", f"{self['nfev']}"),
+            ("time", f"{self['elapsed']:.2f} s"),
+            *([("seed", f"{self['seed']}")] if "seed" in self else []),
+            *self.numbers(),
+        ]
+        if len(lines) > MOST_LINES:
+            more = len(lines) - MOST_LINES
+            lines = [*lines[:MOST_LINES], ("...", f"and {more} more")]
+        width = max(len(name) for name, _ in lines)
+        told = [f"  {name:{width}}  {value}" for name, value in lines]
+        return "\n".join([f"{type(self).__name__}: {self['message']}", *told])
+
+    def numbers(self) -> list[tuple[str, str]]:
+        """Give names and values of x as text, with a word on those that are at a bound."""
+        names = self.get("parameters") or [f"x[{i}]" for i in range(len(self["x"]))]
+        mask = self.get("active_mask", np.zeros(len(names)))
+        return [
+            (name, f"{value:.10g}{BOUND_WORDS[int(side)]}")
+            for name, value, side in zip(names, self["x"], mask, strict=True)
+        ]
+
+    def at_bounds(self) -> dict[str, str]:
+        """Give "lower" or "upper" by name, for each number of x that is at a bound of its own."""
+        names = [name for name, _ in self.numbers()]
+        mask = self.get("active_mask", np.zeros(len(names)))
+        words = {-1: "lower", 1: "upper"}
+        return {name: words[side] for name, side in zip(names, mask, strict=True) if side != 0}
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the best and the mean cost against evaluations; returns the Axes."""
@@ -121,6 +163,7 @@ class Settings:
             "high": high,
             "start": None,
             "callback": None,
+            "asked": None,
             "problem": json.dumps(whole, allow_nan=False),
         }
 
@@ -203,6 +246,10 @@ def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
         paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
         seeds = [_seed_of_checkpoint(path) for path in paths]
         return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
+    if isinstance(rng, np.random.SeedSequence | np.random.BitGenerator):
+        rng = np.random.default_rng(rng)
+    if isinstance(rng, np.random.RandomState):
+        return int(rng.randint(2**53, dtype=np.int64))
     if hasattr(rng, "integers"):
         return int(rng.integers(2**53))
     if np.ndim(rng) != 0:
@@ -233,34 +280,80 @@ def _seed_of_checkpoint(path: str) -> int | None:
     return seed if isinstance(seed, int) and 0 <= seed <= 2**53 else None
 
 
-def check_bounds(low: Array, high: Array, names: Sequence[str]) -> None:
+def check_bounds(low: Array, high: Array, names: Sequence[str], may_be_equal: bool = False) -> None:
     """Refuse bounds that are not finite or not in order."""
     for name, a, b in zip(names, low, high, strict=True):
         if not (np.isfinite(a) and np.isfinite(b)):
             raise ValueError(f"bounds of {name} are ({a}, {b}); must be finite")
         if abs(a) > WIDEST or abs(b) > WIDEST:
             raise ValueError(f"bounds of {name} are ({a}, {b}); must be within +-{WIDEST:g}")
-        if not a < b:
+        if not (a < b or (may_be_equal and a == b)):
             raise ValueError(f"bounds of {name} are ({a}, {b}); the first must be the smaller")
+
+
+def answering(callback: Callback) -> Callable[[OptimizeResult], object]:
+    """Give a function that calls a callback with what its parameters ask for, as SciPy does."""
+    try:
+        signature = inspect.signature(callback)
+    except ValueError:  # of some built-in functions it is not known
+        return lambda result: callback(result.x)
+    names = set(signature.parameters)
+    if names == {"intermediate_result"}:
+        return lambda result: callback(intermediate_result=result)
+    if names == {"result"}:
+        return callback
+    try:
+        signature.bind(None, None)
+    except TypeError:
+        return lambda result: callback(result.x)
+    return lambda result: callback(result.x, result.convergence)
 
 
 class Observer:
     """What the core calls after each step: the user's callback, and the progress bar."""
 
-    def __init__(self, callback: Callback | None, report: Report) -> None:
-        self.callback = callback
+    def __init__(self, callback: Callback | None, report: Report, requests: StopRequests) -> None:
+        self.call = None if callback is None else answering(callback)
         self.report = report
+        self.requests = requests
 
-    def __call__(self, x: Array, fun: float, nfev: int, mean: float, step: float) -> bool:
+    def __call__(
+        self,
+        x: Array,
+        fun: float,
+        nfev: int,
+        mean: float,
+        step: float,
+        population: Array,
+        population_energies: Array,
+    ) -> bool:
         """Hand the result so far on; False ends the search."""
         self.report(nfev, f"{nfev} evaluations, cost {fun:.6g}")
-        if self.callback is None:
+        if self.call is None:
             return True
+        result = OptimizeResult(
+            x=x,
+            fun=fun,
+            nfev=nfev,
+            mean=mean,
+            step=step,
+            population=population,
+            population_energies=population_energies,
+            convergence=_convergence(population_energies),
+        )
         try:
-            self.callback(OptimizeResult(x=x, fun=fun, nfev=nfev, mean=mean, step=step))
+            with user_code(self.requests):
+                return not bool(self.call(result))
         except StopIteration:
             return False
-        return True
+
+
+def _convergence(costs: Array) -> float:
+    """Give SciPy's measure of how alike the costs of a population are: 1 and more is alike."""
+    if not np.isfinite(costs).all():
+        return 0.0
+    tiny = np.finfo(float).eps
+    return float(0.01 / (np.std(costs) / (abs(np.mean(costs)) + tiny) + tiny))
 
 
 def run(
@@ -274,9 +367,10 @@ def run(
     total = None if settings.maxfev == UNLIMITED else settings.maxfev
     found: dict[str, Any] = {}
     try:
-        with progress(title, total, settings.progress) as report:
+        with heeded_signals() as requests, progress(title, total, settings.progress) as report:
+            request["asked"] = requests.is_asked
             if callback is not None or settings.progress:
-                request["callback"] = Observer(callback, report)
+                request["callback"] = Observer(callback, report, requests)
             found.update(search(request))
     except KeyboardInterrupt as interrupt:
         if not found:
@@ -285,24 +379,58 @@ def run(
     return found, found.pop("raised")
 
 
-def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
+def active_mask(x: Array, low: Array, high: Array) -> NDArray[np.int64]:
+    """Tell which numbers are at a bound: -1 the lower one, 1 the upper one, 0 neither.
+
+    Numbers whose bounds are equal are at neither: they are fixed.
+    """
+    if len(x) == 0:  # nothing was answered
+        return np.zeros(0, dtype=np.int64)
+    near = NEAR_BOUND * (high - low)
+    sides = np.where(x >= high - near, 1, np.where(x <= low + near, -1, 0))
+    return np.where(high > low, sides, 0)
+
+
+def ended_by(reason: str) -> dict[str, Any]:
+    """Give success, status and message of a search that ended so."""
+    success = reason not in ("interrupted", "not_a_number")
+    return {
+        "success": success,
+        "status": list(MESSAGES).index(reason),
+        "message": MESSAGES[reason],
+    }
+
+
+def finish(
+    result: OptimizeResult,
+    found: dict[str, Any],
+    raised: BaseException | None,
+    box: tuple[Array, Array],
+) -> None:
     """Fill the result; raise what callback or function raised, with the result attached."""
     reason = found.pop("reason")
     fault = found.pop("checkpoint_fault")
+    if raised is not None and reason == "not_a_number":
+        # The function was asked for one point more, which it has not answered.
+        found["nfev"] -= 1
+        counts = found["history"][:, HISTORY.index("nfev")]
+        np.minimum(counts, found["nfev"], out=counts)
     if isinstance(raised, KeyboardInterrupt):
-        reason, raised = "interrupted", None
+        reason = "interrupted"
+        if found["nfev"] > 0:  # else there is nothing to return
+            raised = None
     history = np.zeros(len(found["history"]), dtype=[(name, float) for name in HISTORY])
     for column, name in enumerate(HISTORY):
         history[name] = found["history"][:, column]
     found["history"] = history
     result.update(found)
+    result["active_mask"] = active_mask(found["x"], *box)
     result["nit"] = len(history)
-    result["success"] = reason not in ("interrupted", "not_a_number")
-    result["status"] = list(MESSAGES).index(reason)
-    result["message"] = MESSAGES[reason]
+    result.update(ended_by(reason))
     error: BaseException | None = raised
     if error is not None:
-        result["message"] = f"{type(error).__name__} was raised; this is the best so far."
+        so_far = "this is the best so far" if found["nfev"] > 0 else "nothing was answered before"
+        result["message"] = f"{type(error).__name__} was raised; {so_far}."
     if error is None and fault:
         error = ValueError(f"checkpoint: {fault}")
     if error is None and reason == "not_a_number":
@@ -312,130 +440,27 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
         raise error
 
 
-def bfoa(
-    func: Callable[[Array], Any],
-    bounds: Sequence[tuple[float, float]] | ArrayLike,
-    *,
-    method: str = "bfoa+",
-    options: Mapping[str, Any] | None = None,
-    rng: Any = None,
-    maxfev: int | None = None,
-    maxtime: float | None = None,
-    stopval: float | None = None,
-    callback: Callback | None = None,
-    vectorized: bool = False,
-    workers: int | Callable[..., Iterable[Any]] = 1,
-    checkpoint: str | PathLike[str] | None = None,
-    progress: bool = False,
-) -> OptimizeResult:
-    """Minimise a function within bounds by bacterial foraging.
+def returned(search: Callable[[], Result]) -> Result:
+    """Give what a search finds, whatever signal comes meanwhile; all of a public call is in here.
 
-    Parameters
-    ----------
-    func
-        Takes a point (p,) and returns its cost, or, if `vectorized`, points (n, p) and returns
-        costs (n,). Infinity is a cost; NaN is refused.
-    bounds
-        (p, 2): low and high of each coordinate.
-    method
-        "bfoa+", the improved variant, or "bfoa", Passino's algorithm.
-    options
-        Settings of the method; docs/tuning.md lists them.
-    rng
-        A seed, a numpy.random.Generator, or None to draw a seed, which the result records.
-    maxfev, maxtime, stopval
-        End at this many evaluations (default 10,000 for "bfoa+", one schedule for "bfoa"), after
-        this time [s], or at this cost.
-    callback
-        Called with the result so far after each chemotactic step; may raise StopIteration.
-    vectorized
-        Whether func takes a block of points.
-    workers
-        Processes that evaluate a block's points, or a function like map. func must then be one
-        that can be pickled.
-    checkpoint
-        A file from which the same call goes on after an interruption, to the same result. It is
-        saved every half second between evaluations; a block, if func is `vectorized` or `workers`
-        is a map, is one evaluation.
-    progress
-        Whether to show a progress bar in a terminal or notebook; needs rich.
-
-    Returns
-    -------
-    OptimizeResult
-        Ctrl-C ends the search and returns the best so far.
-
-    Raises
-    ------
-    ValueError
-        For an argument out of range, and for a cost that is NaN. What func raises is passed on;
-        its attribute `best` then holds the result so far.
+    Ctrl-C ends the search, and the result says so. One that comes as the call returns may still
+    raise KeyboardInterrupt, whose `best` is the result.
     """
-    settings = check_settings(
-        method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback
-    )
-    low, high = read_box(bounds)
-    if not callable(func):
-        raise ValueError(f"func is {func!r}; must be a function")
-    with ExitStack() as stack:
-        if not callable(workers):
-            whole_number("workers", workers, 1, MOST_WORKERS)
-        block = func if vectorized else _pointwise(func, workers, stack)
-        request = settings.request(low, high, {"kind": "function"})
-        request["most_at_once"] = UNLIMITED
-        watched = settings.checkpoint or np.isfinite(settings.maxtime)
-        if watched and not vectorized and not callable(workers):
-            # Time is looked at, and answers are saved, between what is asked for together.
-            request["most_at_once"] = 1 if workers == 1 else 4 * workers
-        found, raised = run(
-            lambda request: _core.search_function(block, request),
-            request,
-            settings,
-            callback,
-            "bfoa",
-        )
-    result = OptimizeResult(seed=settings.seed)
-    finish(result, found, raised)
-    return result
-
-
-def read_box(bounds: Any) -> tuple[Array, Array]:
-    """Give low and high of bounds (p, 2), checked."""
+    result: Result | None = None
     try:
-        box = np.array(bounds, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"bounds are {bounds!r}; must be numbers (p, 2)") from None
-    if box.ndim != 2 or box.shape[1] != 2 or len(box) == 0:
-        raise ValueError(f"bounds have the shape {box.shape}; must be (p, 2)")
-    check_bounds(box[:, 0], box[:, 1], [f"coordinate {i}" for i in range(len(box))])
-    return box[:, 0].copy(), box[:, 1].copy()
+        with heeded_signals() as requests:
+            result = search()
+        if requests.asked:
+            result.update(ended_by("interrupted"))
+        return result
+    except KeyboardInterrupt as interrupt:
+        if result is not None:
+            interrupt.best = result  # type: ignore[attr-defined]
+        raise
 
 
-def _pointwise(
-    func: Callable[[Array], Any],
-    workers: int | Callable[..., Iterable[Any]],
-    stack: ExitStack,
-) -> Callable[[Array], Array]:
-    """Make a function of points from one of a point."""
-    mapping: Callable[..., Iterable[Any]] | None = None
-    if callable(workers):
-        mapping = workers
-    elif workers > 1:
-        mapping = stack.enter_context(ProcessPoolExecutor(workers)).map
-
-    def each(points: Array) -> Array:
-        costs: list[float] = []
-        try:
-            if mapping is None:  # a plain loop: through map a StopIteration of func would be lost
-                for point in points:
-                    costs.append(float(func(point)))
-            else:
-                for cost in mapping(func, points):
-                    costs.append(float(cost))
-        except BaseException as error:
-            with suppress(AttributeError, TypeError):
-                error._nfopidn_answered = costs  # type: ignore[attr-defined]  # the core counts them
-            raise
-        return np.array(costs)
-
-    return each
+def deny_success(result: OptimizeResult, reason: str, text: str = "") -> None:
+    """Mark a search that has ended as asked, but has found nothing that is of use."""
+    if result["status"] <= CALLED_OFF:
+        message = f"{MESSAGES[reason]}{text} {result['message']}"
+        result.update(success=False, status=list(MESSAGES).index(reason), message=message)

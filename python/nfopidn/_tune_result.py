@@ -67,6 +67,8 @@ class TuneResult(OptimizeResult):
             for key in ("x", "population", "population_energies"):
                 fields[key] = np.array(fields[key], dtype=float)
             check_names(fields["parameters"], fields["x"])
+            if "active_mask" in fields:
+                fields["active_mask"] = _mask_in(fields)
             shape = (len(fields["population_energies"]), len(fields["x"]))
             fields["population"] = fields["population"].reshape(shape)
             history = [tuple(row) for row in fields["history"]]
@@ -94,6 +96,13 @@ def check_names(names: Any, x: Array) -> None:
         raise ValueError("parameters must be a list of names")
     if np.shape(x) != (len(names),):
         raise ValueError(f"x must have {len(names)} numbers, one for each parameter")
+
+
+def _mask_in(fields: Mapping[str, Any]) -> Array:
+    mask = np.array(fields["active_mask"], dtype=float)
+    if mask.shape != np.shape(fields["x"]) or not np.isin(mask, (-1, 0, 1)).all():
+        raise ValueError("active_mask must have -1, 0 or 1 for each number of x")
+    return mask.astype(np.int64)
 
 
 def _number_in(fields: Mapping[str, Any], key: str) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
-from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._core import Controller, Rival, Scenario, simulate
 from nfopidn._objective import check_share, cost_function, scenarios_of
 from nfopidn._parameters import (
     ControllerSearch,
@@ -33,12 +33,16 @@ from nfopidn._search import (
     Callback,
     OptimizeResult,
     Settings,
+    active_mask,
+    answering,
     check_settings,
+    deny_success,
     finish,
     problem_in,
+    returned,
     run,
 )
-from nfopidn._tune_result import TuneResult
+from nfopidn._tune_result import TuneResult, scenario_list
 
 _NO_TIME = 1e-9  # [s]
 #: Up to this status a search has come to its end or its time is up; beyond, it was told to end.
@@ -103,13 +107,90 @@ def tune(
     Returns
     -------
     TuneResult
-        Ctrl-C ends the search and returns the best so far.
+        Ctrl-C ends the search and returns the best so far. `success` is False after that, and where
+        the best controller's run diverges: the message then tells when, and what may help.
 
     Raises
     ------
     ValueError
         Names the argument, its value and what is allowed.
     """
+    search = partial(
+        _tune,
+        scenario,
+        structure=structure,
+        bounds=bounds,
+        method=method,
+        options=options,
+        rng=rng,
+        maxfev=maxfev,
+        maxtime=maxtime,
+        stopval=stopval,
+        callback=callback,
+        workers=workers,
+        checkpoint=checkpoint,
+        progress=progress,
+        frozen=frozen,
+        tied=tied,
+        start=start,
+        risk=risk,
+    )
+
+    def found() -> TuneResult:
+        result = search()
+        divergence = _divergence(result, risk)
+        if divergence is not None:
+            deny_success(result, "diverged", divergence)
+        return result
+
+    return returned(found)
+
+
+def _divergence(result: TuneResult, risk: float) -> str | None:
+    """Tell when the best controller's run diverges, and what may be why; None if it does not."""
+    scenarios = scenario_list(result.scenario)
+    most = result.fun * max(risk * len(scenarios), 1.0)  # that one scenario may cost
+    for place, scenario in enumerate(scenarios):
+        path = scenario.trajectory
+        # A sample that is missing counts with the square of the distance of divergence.
+        if most * len(path) < 0.99 * scenario.divergence_distance**2:
+            continue
+        at = simulate(scenario, result.controller).diverged_at
+        if at is None:
+            continue
+        where = f" on scenario {place}" if len(scenarios) > 1 else ""
+        text = f"{where} at {at:.6g} s."
+        rests = scenario.initial_velocity == (0.0, 0.0)
+        if rests and (path.v[0] != 0 or path.omega[0] != 0):
+            text += (
+                f" The robot starts from rest where the reference moves at {path.v[0]:.3g} m/s and "
+                f'{path.omega[0]:.3g} rad/s: initial_velocity="reference" starts it with these.'
+            )
+        return text
+    return None
+
+
+def _tune(
+    scenario: Scenario | Sequence[Scenario] | None,
+    *,
+    structure: str | Mapping[str, Any] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | ArrayLike | None = None,
+    method: str = "bfoa+",
+    options: Mapping[str, Any] | None = None,
+    rng: Any = None,
+    maxfev: int | None = None,
+    maxtime: float | None = None,
+    stopval: float | None = None,
+    callback: Callback | None = None,
+    workers: int = 1,
+    checkpoint: str | PathLike[str] | None = None,
+    progress: bool = False,
+    frozen: Mapping[str, float] | None = None,
+    tied: Mapping[str, str] | None = None,
+    start: Controller | Rival | None = None,
+    risk: float = 1.0,
+) -> TuneResult:
+    """Search as tune() does; also a stage of such a search, which may end without a finite cost."""
     scenarios = scenarios_of(scenario)
     search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
     stages = _stages(structure, search, start, {"bounds": bounds, "frozen": frozen, "tied": tied})
@@ -161,10 +242,10 @@ def tune(
         controller=search.controller(reply["x"]),
     )
     if before is None:
-        finish(result, reply, raised)
+        finish(result, reply, raised, (search.low, search.high))
         return result
     try:
-        finish(result, reply, raised)
+        finish(result, reply, raised, (search.low, search.high))
     except BaseException as error:
         error.best = _best_of([before, result], structure, settings)  # type: ignore[attr-defined]
         raise
@@ -277,7 +358,7 @@ def _first_gains(
         return _as_taps(found, search, structure, cost, settings.stopval)
 
     try:
-        found = tune(
+        found = _tune(
             scenarios,
             structure=_for_gains(chosen),
             method=own.method,
@@ -345,7 +426,7 @@ def _either_lateral(
         if share < 1:
             break
         stage = partial(
-            tune,
+            _tune,
             scenarios,
             structure=_for_taps(chosen, lateral),
             start=start,
@@ -381,8 +462,10 @@ def _counting_on(callback: Callback | None, spent: int) -> Callback | None:
     if callback is None or spent == 0:
         return callback
 
+    answer = answering(callback)
+
     def told(result: OptimizeResult) -> object:
-        return callback(OptimizeResult(result, nfev=result.nfev + spent))
+        return answer(OptimizeResult(result, nfev=result.nfev + spent))
 
     return told
 
@@ -430,6 +513,7 @@ def _as_taps(
     fun = float(cost.costs(x[None, :])[0])
     found.update(
         x=x,
+        active_mask=active_mask(x, search.low, search.high),
         fun=fun,
         structure=structure,
         parameters=search.names,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from math import isfinite
@@ -12,14 +13,22 @@ from typing import Any
 import nfopidn
 from nfopidn._checks import check_encoding
 from nfopidn._compare.command import add_compare
-from nfopidn._files import check_outputs, check_picture, kept, load_controller, save_picture
-from nfopidn._interrupt import EXIT_INTERRUPTED
+from nfopidn._files import (
+    check_outputs,
+    check_picture,
+    kept,
+    load_controller,
+    raise_kept,
+    save_picture,
+)
+from nfopidn._interrupt import EXIT_INTERRUPTED, heeded_signals
 from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
-from nfopidn._search import FIRST_STAGE, LATERAL_STAGES
+from nfopidn._search import FIRST_STAGE, LATERAL_STAGES, MESSAGES
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
+EXIT_DIVERGED = 3
 EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
 
 
@@ -50,6 +59,14 @@ def _options(words: Sequence[str]) -> dict[str, float]:
 
 
 def _tune(arguments: argparse.Namespace) -> int:
+    """Tune and write; Ctrl-C and SIGTERM end the search, a second one ends the program."""
+    signals = (signal.SIGINT, signal.SIGTERM)
+    with heeded_signals(signals, second_ends=True) as requests:
+        code = _tune_and_write(arguments)
+    return EXIT_INTERRUPTED if requests.asked else code
+
+
+def _tune_and_write(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = load_controller(arguments.start) if arguments.start else None
     check_picture(arguments.plot)
@@ -103,12 +120,16 @@ def _tune(arguments: argparse.Namespace) -> int:
     if not arguments.quiet:
         print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
         print(f"seed {result.seed}. {result.message}")
-        for name, value in zip(result.parameters, result.x, strict=True):
-            print(f"  {name:12} {value:.10g}")
+        for name, value in result.numbers():
+            print(f"  {name:12} {value}")
         print(f"written: {arguments.output}" if not faults else "not all could be written")
-    if faults:
-        raise faults[0]
-    return 0 if result.success else EXIT_INTERRUPTED
+    raise_kept(faults)
+    if result.message == MESSAGES["interrupted"]:
+        return EXIT_INTERRUPTED
+    if not result.success:
+        print(f"nfopidn: {result.message}", file=sys.stderr)
+        return EXIT_DIVERGED
+    return 0
 
 
 def _add_tune(commands: Any) -> None:
@@ -116,7 +137,9 @@ def _add_tune(commands: Any) -> None:
         "tune",
         help="search for a controller's gains and orders",
         description="Searches for the gains and orders of least cost (eq. 41) and writes them as a "
-        "controller file, which nfopidn_sim --controller reads.",
+        "controller file, which nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or "
+        "bad file, 3 the best controller that was found diverges, 130 interrupted (by Ctrl-C or "
+        "SIGTERM; the best so far is written).",
     )
     add = parser.add_argument
     add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
@@ -230,7 +253,8 @@ def _add_export(commands: Any) -> None:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code.
 
-    0 done, 2 bad input, 130 interrupted, 141 the reader of standard output has gone.
+    0 done, 2 bad input, 3 the best controller that tune has found diverges, 130 interrupted, 141
+    the reader of standard output has gone.
     """
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")

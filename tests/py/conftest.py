@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 from pathlib import Path
 
@@ -15,6 +16,16 @@ os.environ["MPLBACKEND"] = "Agg"  # before any import of Matplotlib
 import matplotlib.pyplot as plt
 import nfopidn
 from nfopidn import Controller, Scenario
+
+# Where the tests themselves were started in the background of a script, or under nohup, signals are
+# ignored, and so they would be in every program that a test starts.
+for number, usual in (
+    (signal.SIGINT, signal.default_int_handler),
+    (signal.SIGTERM, signal.SIG_DFL),
+    (signal.SIGHUP, signal.SIG_DFL),
+):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, usual)
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 GOLDEN = REPOSITORY / "tests" / "golden"

@@ -11,3 +11,12 @@ def same(one, other):
             assert one[key] == other[key]
         else:
             assert_array_equal(one[key], other[key], err_msg=key)
+
+
+def watcher(seen):
+    """A callback that keeps what it is given."""
+
+    def watch(result):
+        seen.append(result)
+
+    return watch

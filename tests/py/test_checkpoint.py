@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from nfopidn import _core
 from refusal import refused
-from results import same
+from results import same, watcher
 
 BOX = [(-2.0, 3.0), (0.0, 1.0)]
 EVALUATIONS = 480_000
@@ -105,7 +105,7 @@ def test_a_stopped_search_goes_on_without_asking_again(method, func, path):
     stopped = search(first, callback=stop_at(4), **arguments)
     assert stopped.message == "The callback asked to stop."
     seen = []
-    result = search(second, callback=seen.append, **arguments)
+    result = search(second, callback=watcher(seen), **arguments)
     assert second.calls > 0
     assert first.calls + second.calls == 600
     uninterrupted = search(whole, method=method)

@@ -234,6 +234,24 @@ def test_tables_and_file_hold_the_figures(small, tmp_path):
     assert all(metric in details for metric in METRICS)
 
 
+def test_names_stay_within_their_cells(monkeypatch, capsys):
+    names = {"a | b": Controller.published(), "c\nd": Controller.tuned_nominal()}
+    result = nfopidn.compare(names, {"x|y": Scenario.published(rng=0)})
+    for table in (result.to_markdown(), result.details("x|y")):
+        lines = [line for line in table.splitlines() if line.startswith("|")]
+        assert len(lines) == 4
+        assert len({line.count("|") - line.count("\\|") for line in lines}) == 1
+        assert "x\\|y" in lines[0]
+        assert "a \\| b" in table
+        assert "c d" in table
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    result = nfopidn.compare({"[b]": Controller.published()}, {"[red]": Scenario.published(rng=0)})
+    result.print()
+    printed = capsys.readouterr().out
+    assert "[b]" in printed
+    assert "[red]" in printed
+
+
 def test_costs_are_told_as_multiples_of_the_optimum(small):
     _, _, result = small
     with_one = result.with_optima({"calm": 0.02, "noisy": None})
@@ -425,6 +443,9 @@ def test_what_can_be_written_is_written(tmp_path, monkeypatch, capsys):
     assert "samson" in out
     assert "samson" in (tmp_path / "t.md").read_text()
     assert (tmp_path / "p.png").stat().st_size > 1000
+    words = [*words, "--markdown", "/dev/full", "--plot", "p.png"]
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words)
+    assert (code, err.count("\n"), err.count("/dev/full")) == (2, 1, 2)
 
 
 def test_an_optimum_without_casadi_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
@@ -432,8 +453,22 @@ def test_an_optimum_without_casadi_is_refused_before_any_work(tmp_path, monkeypa
     words = ["--maxfev", str(10**9), "--optimum", "--csv", "t.csv"]
     code, out, err = command(tmp_path, monkeypatch, capsys, *words)
     assert (code, out) == (2, "")
-    assert "nfopidn[optimum]" in err
+    assert "pip install 'nfopidn[optimum]'" in err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_ranking_without_scipy_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "scipy.stats", None)
+    words = ["--controllers", "paper", "samson", "--csv", "t.csv", "--scenarios", "published"]
+    endless = ["--maxfev", str(10**9), "--seeds", "6"]
+    code, out, err = command(tmp_path, monkeypatch, capsys, *words, *endless)
+    assert (code, out) == (2, "")
+    assert err == "nfopidn: ranking needs SciPy: pip install 'nfopidn[compare]'\n"
+    assert not list(tmp_path.iterdir())
+    few = ["--maxfev", "20", "--seeds", "5"]  # too few for the test
+    assert command(tmp_path, monkeypatch, capsys, *words, *few)[0] == 0
+    fixed = ["--controllers", "published", "published", "--seeds", "50"]
+    assert command(tmp_path, monkeypatch, capsys, *words, *fixed)[0] == 0
 
 
 def test_the_command_refuses_to_write_over_what_it_reads(tmp_path, monkeypatch, capsys):

@@ -368,5 +368,5 @@ def test_bad_arguments_are_refused_by_name(argument, value):
 
 def test_a_missing_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(ImportError, match=r"^\S.* pip install nfopidn\[optimum\]$"):
+    with pytest.raises(ImportError, match=r"^\S.* pip install 'nfopidn\[optimum\]'$"):
         open_loop_optimum(short())

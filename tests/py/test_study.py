@@ -141,6 +141,10 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
     with pytest.raises(ValueError, match=r"README.md: is not of a study"):
         _files.make_folder(tmp_path)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine", "mine"]
+    (tmp_path / "README.md").unlink()
+    (tmp_path / "README.md").symlink_to("/dev/zero")  # has no end
+    with pytest.raises(ValueError, match=r"README.md: is not of a study"):
+        _files.make_folder(tmp_path)
 
 
 def test_numbers_that_are_not_finite_are_nothing(tmp_path):
@@ -349,7 +353,7 @@ def test_a_missing_extra_is_named_before_any_work(command, monkeypatch, tmp_path
     monkeypatch.setitem(sys.modules, "casadi", None)
     code, _, error = command("-o", "out")
     assert code == 2
-    assert error.endswith("pip install nfopidn[optimum]\n")
+    assert error.endswith("pip install 'nfopidn[optimum]'\n")
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 

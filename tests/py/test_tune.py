@@ -19,6 +19,7 @@ from nfopidn import (
     Objective,
     Robot,
     Scenario,
+    Trajectory,
     TuneResult,
     _search,
     default_bounds,
@@ -29,7 +30,7 @@ from nfopidn import (
 from nfopidn._search import MESSAGES
 from numpy.testing import assert_array_equal
 from refusal import refused
-from results import same
+from results import same, watcher
 
 STRUCTURES = {  # and the most that they cost after 2000 evaluations; published: 0.0921
     "paper": 0.05,
@@ -528,6 +529,68 @@ def test_a_result_is_a_text_in_short():
     same(result, copy.deepcopy(result))
 
 
+def test_parameters_at_their_bounds_are_marked(tmp_path):
+    bounds = {"kp_x": (0, 0.05), "kd_theta": (0.8, 1.0)}
+    result = short(bounds=bounds, maxfev=3000)
+    assert result.at_bounds()["kd_theta"] == "lower"
+    mask = dict(zip(result.parameters, result.active_mask, strict=True))
+    assert mask["kd_theta"] == -1
+    assert {name for name, side in mask.items() if side} == set(result.at_bounds())
+    text = str(result)
+    assert "  kd_theta     0.8  (at its lower bound)" in text.splitlines()
+    for name, value in zip(result.parameters, result.x, strict=True):
+        assert [name, f"{value:.10g}"] in [line.split()[:2] for line in text.splitlines()]
+    result.to_json(tmp_path / "r.json")
+    same(TuneResult.from_json(tmp_path / "r.json"), result)
+    document = json.loads((tmp_path / "r.json").read_text())
+    for wrong in ([0], [2] * 11, "abc", [[0] * 11]):
+        (tmp_path / "r.json").write_text(json.dumps(document | {"active_mask": wrong}))
+        with refused("not a tuning result"):
+            TuneResult.from_json(tmp_path / "r.json")
+    del document["active_mask"]  # as earlier versions have written it
+    (tmp_path / "r.json").write_text(json.dumps(document))
+    assert TuneResult.from_json(tmp_path / "r.json").at_bounds() == {}
+
+
+# Searches in which every controller diverges
+
+
+def hopeless(**settings):
+    """A path at 7.8 m/s from its first sample on: a start from rest is soon too far behind."""
+    path = Trajectory.circle(period=8, dt=0.2, scale=5)
+    return Scenario(path, rng=0, divergence_distance=0.5, **settings)
+
+
+@pytest.mark.parametrize("structure", ["paper", "taps", "lqr"])
+def test_a_search_in_which_all_diverges_is_no_success(structure):
+    result = short(hopeless(), structure=structure)
+    assert (result.success, result.status) == (False, list(MESSAGES).index("diverged"))
+    assert result.message == (
+        "The best controller that was found diverges at 0.2 s. The robot starts from rest where "
+        "the reference moves at 7.85 m/s and 0.393 rad/s: "
+        'initial_velocity="reference" starts it with these. The budget of evaluations is used up.'
+    )
+    assert simulate(result.scenario, result.controller).diverged_at == 0.2
+    assert result.nfev == 400
+
+
+def test_a_search_that_finds_a_start_from_the_reference_is_a_success():
+    assert short(hopeless(initial_velocity="reference")).success
+
+
+def test_advice_on_the_start_is_for_starts_from_rest_alone():
+    result = short(hopeless(initial_velocity=(0.1, 0.0)))
+    assert not result.success
+    assert "diverges at 0.2 s. The budget" in result.message
+
+
+@pytest.mark.parametrize("risk", [0.0, 0.5, 1.0])
+def test_the_scenario_that_diverges_is_named(risk):
+    result = short([*scenarios()[:3], hopeless()], maxfev=300, risk=risk)
+    assert not result.success
+    assert "diverges on scenario 3 at 0.2 s" in result.message
+
+
 # Controllers of free taps
 
 
@@ -630,7 +693,7 @@ def test_free_taps_step_as_simulated(of_taps, published):
 
 def test_a_callback_sees_the_search():
     seen = []
-    result = short(callback=seen.append, maxfev=1500)
+    result = short(callback=watcher(seen), maxfev=1500)
     assert [step.nfev for step in seen] == result.history["nfev"][: len(seen)].tolist()
     assert len(seen) >= result.nit - 1 > 5
     assert all(step.x.shape == (11,) for step in seen)
@@ -733,7 +796,8 @@ def test_free_taps_stay_within_their_bounds():
 
 def test_a_callback_is_told_the_evaluations_of_all_stages():
     seen = []
-    result = tune(structure="taps", rng=1, maxfev=1500, callback=lambda r: seen.append(r.nfev))
+    result = tune(structure="taps", rng=1, maxfev=1500, callback=watcher(seen))
+    seen = [step.nfev for step in seen]
     assert seen == sorted(seen)
     assert 1000 < max(seen) <= result.nfev == 1500
 

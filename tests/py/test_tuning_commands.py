@@ -9,7 +9,16 @@ import sys
 
 import nfopidn
 import pytest
-from nfopidn import Controller, Scenario, TuneResult, cli, default_bounds, simulate, tune
+from nfopidn import (
+    Controller,
+    Scenario,
+    Trajectory,
+    TuneResult,
+    cli,
+    default_bounds,
+    simulate,
+    tune,
+)
 from nfopidn._progress import shows_progress
 
 SHORT = ("--maxfev", "300", "--seed", "1")
@@ -62,7 +71,9 @@ def test_the_command_writes_a_controller_for_the_executable(command, sim, tmp_pa
     lines = run.stdout.splitlines()
     assert lines[0].startswith(f"cost {result.fun:.8g} after 300 evaluations, ")
     assert lines[1] == "seed 1. The budget of evaluations is used up."
-    printed = dict(line.split() for line in lines[2:-1])
+    printed = dict(line.split()[:2] for line in lines[2:-1])
+    marked = {line.split()[0] for line in lines[2:-1] if line.endswith(" bound)")}
+    assert marked == set(result.at_bounds())
     assert list(printed) == result.parameters
     assert [float(value) for value in printed.values()] == pytest.approx(result.x, rel=1e-9)
     assert lines[-1] == "written: controller.json"
@@ -153,6 +164,39 @@ def test_a_drawn_seed_is_printed_and_repeats_the_search(cli_tune, tmp_path):
 def test_the_convergence_is_drawn(cli_tune, tmp_path):
     assert cli_tune(*SHORT, "--plot", "search.png")[0] == 0
     assert (tmp_path / "search.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.fixture
+def hopeless(tmp_path):
+    """A scenario that no start from rest survives."""
+    path = Trajectory.circle(period=8, dt=0.2, scale=5)
+    Scenario(path, rng=0, divergence_distance=0.5).save(tmp_path / "hopeless.json")
+    return "hopeless.json"
+
+
+def test_a_search_in_which_all_diverges_is_told_and_exits_with_3(command, hopeless, tmp_path):
+    run = command("tune", "--scenario", hopeless, *SHORT, "--quiet", "--result", "r.json")
+    assert (run.returncode, run.stdout) == (3, "")
+    assert run.stderr.startswith("nfopidn: The best controller that was found diverges at 0.2 s. ")
+    assert 'initial_velocity="reference"' in run.stderr
+    assert run.stderr.count("\n") == 1
+    assert (tmp_path / "controller.json").exists()
+    assert not TuneResult.from_json(tmp_path / "r.json").success
+
+
+def test_the_executable_tells_that_all_diverges(sim, hopeless, tmp_path):
+    words = ("--tune", "--scenario", hopeless, "--maxfev", "300")
+    run = sim(*words, "--quiet", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert "the best controller that was found diverges at 0.2 s" in run.stderr
+    assert "moves at 7.85 m/s" in run.stderr
+    assert "--velocity reference" in run.stderr
+    run = sim(*words, cwd=tmp_path)
+    assert run.returncode == 3
+    assert "--velocity reference" in run.stdout
+    assert run.stderr.count("\n") == 1
+    run = sim(*words, "--velocity", "reference", "--json", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 def test_quiet_prints_nothing(command, tmp_path):
@@ -322,6 +366,21 @@ def test_what_can_be_written_is_written(cli_tune, tmp_path):
     assert "No space left" in err
     assert "kp_x" in out
     assert TuneResult.from_json(tmp_path / "r.json").nfev == 300
+
+
+def test_all_that_cannot_be_written_is_named(cli_tune, sim, tmp_path):
+    (tmp_path / "full.png").symlink_to("/dev/full")
+    words = ("-o", "/dev/full", "--plot", "full.png", "--result", "r.json")
+    code, _, err = cli_tune(*SHORT, *words)
+    assert (code, err.count("\n"), err.count("No space left")) == (2, 1, 2)
+    assert "/dev/full: " in err
+    assert "full.png" in err
+    assert TuneResult.from_json(tmp_path / "r.json").nfev == 300
+    words = ("--out", "/dev/full", "--save-scenario", "full.png", "--save-controller", "c.json")
+    run = sim(*words, cwd=tmp_path)
+    assert (run.returncode, run.stderr.count("\n")) == (2, 1)
+    assert run.stderr.count("No space left") == 2
+    assert Controller.load(tmp_path / "c.json") == Controller.published()
 
 
 def test_a_stages_checkpoint_is_no_place_for_another_file(cli_tune, tmp_path):

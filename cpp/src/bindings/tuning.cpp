@@ -112,6 +112,7 @@ struct Request {
   SearchLimits limits;
   std::uint64_t seed;
   py::object callback;
+  py::object asked;  // whether a signal that its handler has only noted asks for an end
   Json problem;
 
   explicit Request(const py::dict& given)
@@ -123,7 +124,8 @@ struct Request {
         limits{given["maxfev"].cast<std::int64_t>(), given["maxtime"].cast<double>(),
                given["stopval"].cast<double>()},
         seed(given["seed"].cast<std::uint64_t>()),
-        callback(given["callback"]) {
+        callback(given["callback"]),
+        asked(given["asked"]) {
     if (!given["start"].is_none()) start = given["start"].cast<Eigen::VectorXd>();
     check("checkpoint", parse_json(given["problem"].cast<std::string>(), problem));
   }
@@ -219,7 +221,10 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     if (Clock::now() < next_look) return false;
     next_look = Clock::now() + std::chrono::milliseconds(50);
     const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() == 0) return false;
+    if (PyErr_CheckSignals() == 0) {
+      interrupted = !request.asked.is_none() && request.asked().cast<bool>();
+      return interrupted;
+    }
     interrupted = true;
     const py::error_already_set error;
     if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
@@ -231,7 +236,9 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     const py::gil_scoped_acquire acquire;
     const HistoryRow& row = so_far.history.back();
     try {
-      return request.callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step)
+      return request
+          .callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step,
+                    RowPoints(so_far.population.transpose()), so_far.population_costs)
           .cast<bool>();
     } catch (const py::error_already_set& error) {
       raised = raised_by(error);

@@ -14,6 +14,7 @@ from nfopidn._compare.contenders import (
     contender_names,
     tune_contenders,
 )
+from nfopidn._compare.ranking import fewest_runs, wilcoxon
 from nfopidn._compare.suite import CONDITIONS, path_names, scenario_suite
 from nfopidn._core import Scenario
 from nfopidn._files import (
@@ -21,6 +22,7 @@ from nfopidn._files import (
     check_picture,
     kept,
     load_controller,
+    raise_kept,
     replace_file,
     save_picture,
 )
@@ -84,6 +86,31 @@ def _result(
     return parts[0].join(parts[1:]), True
 
 
+def _check_extras(arguments: argparse.Namespace) -> None:
+    """Refuse what the end of the work would need and not find, before any work.
+
+    Raises
+    ------
+    ImportError
+        Tells how to install what is missing.
+    """
+    if arguments.optimum:
+        from nfopidn.study._transcription import casadi
+
+        casadi()
+    if _is_tested(arguments):
+        wilcoxon()
+
+
+def _is_tested(arguments: argparse.Namespace) -> bool:
+    """Whether there will be runs enough for the ranking's test, which needs an extra."""
+    files = [name for name in arguments.controllers if name.endswith(".json")]
+    names = contender_names([name for name in arguments.controllers if name not in files])
+    count = len(names) + len(files)
+    is_drawn = any(CONTENDERS[name].fixed is None for name in names)
+    return count > 1 and is_drawn and arguments.seeds >= fewest_runs(count)
+
+
 def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | None]:
     """Find the best open-loop costs; of a scenario that has no smooth form there is none."""
     from nfopidn.study import open_loop_optimum
@@ -109,10 +136,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         {"--csv": arguments.csv, "--markdown": arguments.markdown, "--plot": arguments.plot},
         inputs=[*arguments.controllers, *arguments.scenarios, tuned_on],
     )
-    if arguments.optimum:
-        from nfopidn.study._transcription import casadi
-
-        casadi()
+    _check_extras(arguments)
     scenarios = _scenarios(arguments.scenarios)
     result, complete = _result(arguments, scenarios, tuned_on)
     if not complete:
@@ -140,8 +164,7 @@ def _compare(arguments: argparse.Namespace) -> int:
             ranking = result.ranking(name)
             verdict = f"winner {ranking.winner}" if ranking.winner else ranking.reason
             print(f"{name}: {verdict}" if not arguments.details else f"\n{result.details(name)}")
-    if faults:
-        raise faults[0]
+    raise_kept(faults)
     return 0 if complete else EXIT_INTERRUPTED
 
 

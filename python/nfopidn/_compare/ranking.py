@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,9 +102,21 @@ def rank(
     return Ranking(ordered, values, tuple(p.get(i) for i in order), winner, reason)
 
 
-def _p_value(pair: NDArray[np.float64]) -> float:
+def wilcoxon() -> Any:
+    """Return SciPy's test.
+
+    Raises
+    ------
+    ImportError
+        If SciPy is not installed.
+    """
     try:
         from scipy.stats import wilcoxon
     except ImportError:
         raise ImportError("ranking needs SciPy: pip install 'nfopidn[compare]'") from None
-    return 1.0 if np.array_equal(pair[0], pair[1]) else float(wilcoxon(pair[0], pair[1]).pvalue)
+    return wilcoxon
+
+
+def _p_value(pair: NDArray[np.float64]) -> float:
+    test = wilcoxon()
+    return 1.0 if np.array_equal(pair[0], pair[1]) else float(test(pair[0], pair[1]).pvalue)

@@ -57,7 +57,13 @@ def _cells(comparison: Comparison, metric: str) -> list[list[str]]:
     return rows
 
 
+def _cell(text: str) -> str:
+    """Give a text that stays within its cell of a Markdown table."""
+    return " ".join(text.replace("\\", "\\\\").replace("|", "\\|").split())
+
+
 def _lines(header: list[str], rows: list[list[str]]) -> str:
+    header, *rows = [[_cell(text) for text in row] for row in [header, *rows]]
     widths = [max(len(row[k]) for row in [header, *rows]) for k in range(len(header))]
     lines = []
     for row in [header, ["-" * width for width in widths], *rows]:
@@ -103,6 +109,7 @@ def print_table(comparison: Comparison, metric: str) -> None:
     """Print by rich in a terminal, else as Markdown."""
     try:
         from rich.console import Console
+        from rich.markup import escape
         from rich.table import Table
     except ImportError:
         print(markdown(comparison, metric), end="")
@@ -110,7 +117,8 @@ def print_table(comparison: Comparison, metric: str) -> None:
     if not sys.stdout.isatty():
         print(markdown(comparison, metric), end="")
         return
-    table = Table(metric, *comparison.scenarios)
-    for row in _cells(comparison, metric):
-        table.add_row(*[re.sub(r"\*\*(.*)\*\*", r"[bold]\1[/]", cell) for cell in row])
+    table = Table(metric, *map(escape, comparison.scenarios))
+    for name, *cells in _cells(comparison, metric):
+        marked = [re.sub(r"\*\*(.*)\*\*", r"[bold]\1[/]", cell) for cell in cells]
+        table.add_row(escape(name), *marked)
     Console().print(table)

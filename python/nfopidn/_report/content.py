@@ -167,6 +167,9 @@ def search_rows(result: TuneResult) -> list[Row]:
         Row("Evaluations", f"{result.nfev:,.0f}".replace(",", "\u202f"), "of the cost"),
         Row("Free parameters", str(len(result.parameters)), ", ".join(result.parameters)),
     ]
+    if "active_mask" in result:
+        ends = [f"{name} ({side})" for name, side in result.at_bounds().items()]
+        rows.append(Row("At a bound", ", ".join(ends) or "none", "where wider bounds may help"))
     if "elapsed" in result:
         rows.append(Row("Time", f"{readable(result.elapsed, 3)} s", "of the search"))
     return [*rows, Row("End", result.message, "")]

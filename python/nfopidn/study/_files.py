@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _DOTS_PER_INCH = 100
 _WRITTEN_BY = "Written by `nfopidn study`"
+_BEGINNING = 4096  # bytes of README.md that tell of what it is
 #: What would differ from one run of the study to the next.
 _SAME_EACH_TIME: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
@@ -110,10 +111,16 @@ def make_folder(path: str | os.PathLike[str]) -> Folder:
     folder = Path(path)
     folder.mkdir(parents=True, exist_ok=True)
     index = folder / "README.md"
-    if index.exists() and _WRITTEN_BY not in index.read_text(encoding="utf-8", errors="replace"):
+    if index.exists() and not _is_of_study(index):
         raise ValueError(f"{index}: is not of a study, and would be replaced; give another folder")
     with TemporaryFile(dir=folder):
         return Folder(folder)
+
+
+def _is_of_study(index: Path) -> bool:
+    """Whether the beginning of a file, which may have no end, says so."""
+    with index.open("rb") as file:
+        return _WRITTEN_BY.encode() in file.read(_BEGINNING)
 
 
 def _plain(cell: Any, digits: int) -> Cell:

@@ -64,7 +64,8 @@ def casadi() -> Any:
     try:
         import casadi
     except ImportError:
-        raise ImportError("open_loop_optimum needs CasADi: pip install nfopidn[optimum]") from None
+        text = "open_loop_optimum needs CasADi: pip install 'nfopidn[optimum]'"
+        raise ImportError(text) from None
     return casadi
 
 
