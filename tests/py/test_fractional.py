@@ -22,6 +22,7 @@ from nfopidn.fractional import (
     to_discrete,
     truncation_report,
 )
+from nfopidn.fractional._conversion import controller_response
 
 RULES = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
 DT = 0.1
@@ -233,6 +234,14 @@ def test_the_certificate_holds_for_the_impulse_response(order, memory):
     assert error <= 2e-12
 
 
+def test_a_finite_memory_is_good_to_its_end_whatever_the_horizon():
+    model = FractionalFilter(-0.5, 1.0, 200_000, "gl", horizon=1000)
+    weights = nfopidn._core.series_weights(0.0, -0.5, 200_000)
+    out = model.stream(np.ones(300_000))
+    np.testing.assert_allclose(out[[150_000, 200_000]], weights.cumsum()[[150_000, 200_000]])
+    np.testing.assert_allclose(out[-1], weights.sum())
+
+
 def test_weights_of_opposite_orders_differ_by_alternating_signs():
     up = nfopidn._core.series_weights(1.0, 0.37, 1000)
     down = nfopidn._core.series_weights(1.0, -0.37, 1000)
@@ -396,20 +405,81 @@ def test_bad_continuous_gains_are_named(arguments, message):
         nfopidn.Controller.from_continuous(*arguments)
 
 
+@pytest.mark.parametrize("form", ["positional", "incremental"])
+@pytest.mark.parametrize("generator", ["tustin", "gl"])
+def test_retune_keeps_the_frequency_response(form, generator):
+    """In torque for an error: of a filter run on a sine, not of retune's own report."""
+    base = nfopidn.Controller.published(form=form, generator=generator, memory=300)
+    omega, time = 0.5, 400 * np.pi
+    amplitudes = []
+    for controller, dt in (
+        (base, 0.2),
+        (retune(base, 0.2, new_dt=0.1, memory=600).controller, 0.1),
+        (retune(base, 0.2, new_dt=0.05, memory=1000).controller, 0.05),
+    ):
+        t = np.arange(0, time, dt)
+        net = scipy.signal.lfilter(controller.taps[2], [1.0], np.sin(omega * t))
+        torque = np.cumsum(net) if form == "incremental" else net
+        last = slice(-round(8 * np.pi / dt), None)
+        wave = np.column_stack([np.sin(omega * t), np.cos(omega * t), np.ones_like(t)])[last]
+        amplitudes.append(np.linalg.lstsq(wave, torque[last])[0][:2])
+    for changed in amplitudes[1:]:
+        miss = np.linalg.norm(changed - amplitudes[0]) / np.linalg.norm(amplitudes[0])
+        assert miss < 0.05
+
+
 def test_retune_keeps_the_continuous_gains():
+    controller = nfopidn.Controller.published(form="incremental")
+    orders = controller.alpha, controller.sigma
+    for prewarp in (None, 3.0):
+        report = retune(controller, 0.2, new_dt=0.1, prewarp=prewarp, memory=10)
+        assert report.controller.memory == 10
+        continuous = to_continuous(controller.gains, *orders, 0.2, prewarp=prewarp)
+        again = to_continuous(report.controller.gains, *orders, 0.1, prewarp=prewarp)
+        np.testing.assert_allclose(again, continuous, rtol=1e-13)
+        assert all(0.001 < change < 0.2 for change in report.change)
+        assert "%" in str(report)
+
+
+def test_retune_to_the_same_is_the_same():
     controller = nfopidn.Controller.published()
-    report = retune(controller, 0.2, new_dt=0.1, memory=10)
-    assert report.controller.memory == 10
-    continuous = to_continuous(controller.gains, controller.alpha, controller.sigma, 0.2)
-    again = to_continuous(report.controller.gains, controller.alpha, controller.sigma, 0.1)
-    np.testing.assert_allclose(again, continuous, rtol=1e-13)
-    assert all(change > 0.001 for change in report.change)
-    assert "%" in str(report)
     same = retune(controller, 0.2)
     assert same.controller == controller
     assert max(same.change) < 1e-14
     longer = retune(controller.replace(memory=1000), 0.2, memory=math.inf)
+    assert math.isinf(longer.controller.memory)
     assert max(longer.change) < 0.02
+    alone = controller.replace(gains=controller.gains * [[1], [0], [1]])
+    assert retune(alone, 0.2).change[1] == 0
+
+
+def test_retune_warns_of_another_response():
+    with pytest.warns(UserWarning, match=r"retune: largest change .* x 78.* %"):
+        report = retune(nfopidn.Controller.published(), 0.2, new_dt=0.1, prewarp=15.0)
+    assert report.change[0] > 0.2
+    with pytest.warns(UserWarning, match="retune"):
+        retune(nfopidn.Controller.published(), 0.2, memory=math.inf)
+
+
+@pytest.mark.parametrize("generator", ["tustin", "gl"])
+def test_of_infinite_memory_the_response_is_that_of_the_whole_series(generator):
+    """Weights that never decay are summed with a taper, which the limit does not depend on."""
+    settings = {"alpha": 0.9, "sigma": 1.3, "generator": generator}
+    controller = nfopidn.Controller.published(memory=math.inf, **settings)
+    dt, omega, count = 0.2, np.array([0.4, 2.0]), 20_000
+    found = controller_response(controller, dt, omega)
+    w = np.exp(-1j * omega * dt)
+    taper = np.cos(np.linspace(0, np.pi / 2, count)) ** 2
+    pole = RULES[generator]
+    derivative, integral = (
+        np.polynomial.polynomial.polyval(
+            w, taper * nfopidn._core.series_weights(pole, order, count - 1)
+        )
+        for order in (0.9, -0.3)
+    )
+    for channel, (kp, ki, kd) in enumerate(controller.gains):
+        wanted = (1 - w) * (kp + kd * derivative) + ki * (1 + pole * w) * integral
+        np.testing.assert_allclose(found[channel], wanted, rtol=1e-6)
 
 
 def test_report_tells_how_far_the_operators_are():
@@ -420,11 +490,34 @@ def test_report_tells_how_far_the_operators_are():
         assert poor.magnitude > 5 * good.magnitude
         assert good.magnitude < 0.01
     assert "not the fractional operator" in str(short) or "roughly" in str(short)
-    wanted = discretise(0.1078, 0.2, memory=5).errors(short.band)
-    assert (short.errors[0].magnitude, short.errors[0].phase) == wanted
+    wanted = discretise(0.1078, 0.2, "tustin", memory=5).errors(short.band)
+    assert (short.errors[0].magnitude, short.errors[0].phase) == pytest.approx(wanted, rel=1e-12)
     by_channel = nfopidn.Controller.published(alpha=[0.1, 0.2, 0.3])
     assert len(truncation_report(by_channel, 0.2).errors) == 6
     with pytest.raises(ValueError, match="free taps"):
         truncation_report(nfopidn.Controller.from_taps(np.ones((3, 4))), 0.2)
     with pytest.raises(ValueError, match="Nyquist"):
         truncation_report(nfopidn.Controller.published(), 0.2, (1, 20))
+
+
+@pytest.mark.parametrize(("generator", "alpha"), [("tustin", 1.0), ("gl", 1.0), ("tustin", -1.0)])
+def test_whole_orders_of_a_controller_are_truncated_too(generator, alpha):
+    """The differentiator by Tustin's rule is no finite sum: 1 - 2w + 2w^2 - ..."""
+    controller = nfopidn.Controller.published(alpha=alpha, generator=generator, memory=7)
+    entry = truncation_report(controller, DT, (1.0, 10.0)).errors[0]
+    omega = np.geomspace(1, 10, 400)
+    weights = exact_weights(generator, alpha, 7)
+    w = np.exp(-1j * omega * DT)
+    scale = (1 if generator == "gl" else 2) / DT
+    ratio = scale**alpha * sum(c * w**j for j, c in enumerate(weights)) / (1j * omega) ** alpha
+    assert entry.magnitude == pytest.approx(abs(abs(ratio) - 1).max(), rel=1e-9)
+    assert entry.phase == pytest.approx(abs(np.angle(ratio, deg=True)).max(), rel=1e-9)
+    assert (entry.magnitude > 0.5) == (generator == "tustin")
+
+
+def test_infinite_memory_is_not_truncated_in_the_report():
+    """At 1e-6 rad/s, where 100,000 samples of 0.2 s are a small part of a period."""
+    controller = nfopidn.Controller.published(memory=math.inf)
+    for entry in truncation_report(controller, 0.2, (1e-6, 1e-3)).errors:
+        assert entry.magnitude < 1e-6
+        assert entry.phase < 1e-4

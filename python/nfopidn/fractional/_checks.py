@@ -13,6 +13,7 @@ POLES: Final = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
 """s -> scale (1 - w)/(1 + pole w), w = 1/z."""
 
 LONGEST_MEMORY: Final = 10_000_000
+LONGEST_CONTROLLER_MEMORY: Final = 1_000_000
 LONGEST_HORIZON: Final = 10_000_000
 
 

@@ -212,6 +212,20 @@ def discretise(
     return Discretisation(order, dt, method, gain, None, _complex(roots), _complex(ends))
 
 
+def rule_power(method: str, order: float, angle: Floats) -> NDArray[np.complex128]:
+    """Return ((1 - w)/(1 + pole w))^order at w = exp(-j angle), which no memory truncates."""
+    w = np.exp(-1j * angle)
+    return np.asarray(((1 - w) / (1 + checks.POLES[method] * w)) ** order)
+
+
+def truncated_power(
+    method: str, order: float, angle: Floats, memory: int
+) -> NDArray[np.complex128]:
+    """Return the power series of that up to w^memory, cut for whole orders as for others."""
+    taps = _core.series_weights(checks.POLES[method], order, memory)
+    return np.asarray(np.polynomial.polynomial.polyval(np.exp(-1j * angle), taps))
+
+
 def worst_errors(ratio: NDArray[np.complex128]) -> tuple[float, float]:
     """Return the largest |magnitude - 1| [-] and phase [degree] of ratios that should be 1."""
     return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())

@@ -37,7 +37,9 @@ class FractionalFilter:
     prewarp
         frequency [rad/s] at which the rule's magnitude is exact; None: at 0
     horizon
-        samples over which infinite memory is certified
+        samples over which infinite memory is certified, 1000 to 10,000,000. It fades out beyond:
+        ten times as far the sum of the weights of s^-0.9 is off by 1e-6, a hundred times by 0.1. A
+        finite memory is good to its end
 
     Raises
     ------
