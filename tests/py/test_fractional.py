@@ -85,8 +85,19 @@ def test_more_sections_come_nearer(method):
 @pytest.mark.parametrize("order", [0.5, -0.5])
 def test_hard_truncation_is_a_poor_power(order):
     """At omega T = 0.1 with 100 samples the paper's series is off by a fifth."""
-    ratio = discretise(order, 1.0, memory=100).response(0.1) / 0.1j**order
+    ratio = discretise(order, 1.0, "tustin", memory=100).response(0.1) / 0.1j**order
     assert 0.1 < abs(ratio - 1) < 0.3
+
+
+def test_the_default_is_not_the_papers_series():
+    """Which amplifies noise at half the sampling rate without bound."""
+    assert discretise(0.5, DT).method == "gl"
+    model = FractionalFilter(0.5, DT)
+    assert "method='gl'" in repr(model)
+    alternating = (-1.0) ** np.arange(20_000)
+    out = model.stream(alternating)
+    assert abs(out[-1]) == pytest.approx((2 / DT) ** 0.5, rel=1e-2)
+    assert max(discretise(0.9, DT).errors()) < max(discretise(0.9, DT, "tustin").errors()) / 10
 
 
 def test_prewarping_makes_the_magnitude_exact_there():
@@ -204,7 +215,7 @@ def test_long_signals_by_fft_equal_the_steps(order):
 def test_fft_keeps_fourteen_digits_of_the_weights_sum():
     samples = np.random.default_rng(3).normal(size=40_000)
     weights = nfopidn._core.series_weights(1.0, 0.5, 10_000)
-    out = FractionalFilter(0.5, 2.0, 10_000).filter(samples)
+    out = FractionalFilter(0.5, 2.0, 10_000, "tustin").filter(samples)
     scale = abs(weights).sum() * abs(samples).max()
     for k in (0, 9_999, 10_000, 10_001, 39_999):
         window = samples[max(0, k - 10_000) : k + 1][::-1]
@@ -224,7 +235,7 @@ def test_power_of_time_has_the_closed_form(order):
 @pytest.mark.parametrize("order", [0.02, 0.5, 0.98, -0.7])
 @pytest.mark.parametrize("memory", [100_000, math.inf])
 def test_the_certificate_holds_for_the_impulse_response(order, memory):
-    model = FractionalFilter(order, 2.0, memory)
+    model = FractionalFilter(order, 2.0, memory, "tustin")
     assert model.modes <= 160
     assert model.certificate <= 1e-12
     impulse = np.zeros(60_000)
@@ -290,7 +301,7 @@ def test_what_is_not_finite_leaves_the_state(bad):
         (lambda: discretise(0.5, DT).errors((2, 1)), "must rise"),
         (lambda: discretise(0.5, DT).errors((1,)), "band has 1 numbers"),
         (lambda: discretise(0.5, DT, "oustaloup", band="x"), "band is 'x'"),
-        (lambda: discretise(0.5, DT, band=(1, 2)), "does not apply to 'tustin'"),
+        (lambda: discretise(0.5, DT, band=(1, 2)), "does not apply to 'gl'"),
         (lambda: discretise(0.5, DT, []), "method is"),
         (lambda: FractionalFilter(-2, DT), "order is -2"),
         (lambda: FractionalFilter(0.5, DT, -1), "memory is -1"),

@@ -146,7 +146,7 @@ class Discretisation:
 def discretise(
     order: float,
     dt: float,
-    method: str = "tustin",
+    method: str = "gl",
     *,
     memory: int = 100,
     sections: int = 9,
@@ -165,9 +165,10 @@ def discretise(
     dt
         sample time [s]
     method
-        "tustin" (the paper's), "gl", "al-alaoui": power series cut after `memory`; "tustin-cf",
-        "al-alaoui-cf": continued fractions with `sections` zeros and poles; "oustaloup": as many,
-        evenly spaced over `band` in the logarithm, taken to z by Tustin's rule
+        "gl", "al-alaoui", "tustin" (the paper's): power series cut after `memory`, Tustin's the
+        worst of them (docs/fractional.md); "tustin-cf", "al-alaoui-cf": continued fractions with
+        `sections` zeros and poles; "oustaloup": as many, evenly spaced over `band` in the
+        logarithm, taken to z by Tustin's rule
     memory
         last power of 1/z in a series, 0 to 10,000,000
     sections
