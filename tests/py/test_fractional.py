@@ -290,7 +290,7 @@ def test_what_is_not_finite_leaves_the_state(bad):
         (lambda: discretise(2, DT), r"order is 2; must be in \(-2, 2\)"),
         (lambda: discretise(math.nan, DT), "order is nan"),
         (lambda: discretise("a", DT), "order is 'a'"),
-        (lambda: discretise(0.5, 0), r"dt is 0; must be in \(0, inf\) s"),
+        (lambda: discretise(0.5, 0), r"dt is 0; must be in \(1e-40, 1e\+40\) s"),
         (lambda: discretise(0.5, -1), "dt is -1"),
         (lambda: discretise(0.5, DT, "euler"), "method is 'euler'; must be one of tustin"),
         (lambda: discretise(0.5, DT, memory=-1), r"memory is -1; must be in \[0, 10000000\]"),
@@ -315,6 +315,107 @@ def test_what_is_not_finite_leaves_the_state(bad):
 def test_bad_arguments_are_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+HUGE = 10**400
+LONGER_THAN_PYTHON_PRINTS = 10**5000
+
+
+@pytest.mark.parametrize(
+    "huge", [HUGE, -HUGE, LONGER_THAN_PYTHON_PRINTS], ids=["huge", "-huge", "longest"]
+)
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda huge: discretise(huge, DT), r"order is a whole.* digits; must be in \(-2, 2\)"),
+        (lambda huge: discretise(0.5, huge), "dt is a whole number .* s"),
+        (lambda huge: discretise(0.5, DT, memory=huge), "memory is a whole number .* 10000000"),
+        (lambda huge: discretise(0.5, DT, prewarp=huge), "prewarp is a whole number .* rad/s"),
+        (lambda huge: discretise(0.5, DT).errors((1, huge)), "band is .* low and high"),
+        (lambda huge: discretise(0.5, DT).response([huge]), "frequency must be real numbers"),
+        (lambda huge: FractionalFilter(huge, DT), "order is a whole number"),
+        (lambda huge: FractionalFilter(0.5, DT, huge), "memory is a whole number"),
+        (lambda huge: FractionalFilter(0.5, DT).step(huge), "sample is a whole number"),
+        (lambda huge: FractionalFilter(0.5, DT).stream([huge]), "samples must be real numbers"),
+        (lambda huge: FractionalFilter(0.5, DT).filter([huge]), "samples must be real numbers"),
+        (lambda huge: to_discrete([[huge] * 3] * 3, 0.5, 0.5, DT), "gains must be real numbers"),
+        (lambda huge: to_discrete(np.eye(3), huge, 0.5, DT), "alpha must be real numbers"),
+        (lambda huge: to_continuous(np.eye(3), 0.5, 0.5, huge), "dt is a whole number"),
+        (lambda huge: retune(nfopidn.Controller.published(), huge), "dt is a whole number"),
+        (
+            lambda huge: retune(nfopidn.Controller.published(), 0.2, new_dt=huge),
+            "new_dt is a whole number .* s",
+        ),
+        (
+            lambda huge: retune(nfopidn.Controller.published(), 0.2, memory=huge),
+            r"memory is a whole number .* in \[0, 1000000\]",
+        ),
+        (
+            lambda huge: truncation_report(nfopidn.Controller.published(), huge),
+            "dt is a whole number",
+        ),
+    ],
+)
+def test_whole_numbers_beyond_every_float_are_named(call, message, huge):
+    with pytest.raises(ValueError, match=message):
+        call(huge)
+
+
+@pytest.mark.parametrize("text", ["0.5", b"1", None, 1j])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda text: FractionalFilter(0.5, DT).step(text),
+        lambda text: FractionalFilter(0.5, DT).stream([text]),
+        lambda text: FractionalFilter(0.5, DT).filter([text]),
+        lambda text: discretise(0.5, DT).response([text]),
+        lambda text: discretise(0.5, DT).errors((text, 4)),
+        lambda text: discretise(0.5, DT).to_control([text]),
+        lambda text: to_discrete([[text] * 3] * 3, 0.5, 0.5, DT),
+        lambda text: to_discrete(np.eye(3), text, 0.5, DT),
+        lambda text: to_continuous(np.eye(3), 0.5, [text] * 3, DT),
+    ],
+)
+def test_what_is_no_number_is_not_read_as_one(call, text):
+    with pytest.raises(ValueError, match=r"must be (a number|real numbers|low and high)"):
+        call(text)
+
+
+def test_long_doubles_are_numbers():
+    half, five = np.longdouble(0.5), np.longdouble(5)
+    assert FractionalFilter(half, DT).step(half) == FractionalFilter(0.5, DT).step(0.5)
+    assert math.isinf(FractionalFilter(0.5, DT, np.longdouble(math.inf)).memory)
+    published = nfopidn.Controller.published()
+    assert retune(published, np.longdouble(0.2)).controller == published
+    with pytest.raises(ValueError, match=r"memory is np.longdouble\('5.0'\); must be a whole"):
+        retune(published, 0.2, memory=five)
+    with pytest.raises(ValueError, match="order is inf"):
+        discretise(np.longdouble(10) ** 400, DT)
+
+
+def test_samples_that_would_overflow_are_refused():
+    """They left infinity in the filter, for good."""
+    model = FractionalFilter(0.5, DT)
+    with pytest.raises(ValueError, match=r"sample is 1e\+101; must be a number in \[-1e\+100"):
+        model.step(1e101)
+    with pytest.raises(ValueError, match=r"samples\[1\] is -1e\+200; must be a number in"):
+        model.stream([0.0, -1e200])
+    assert math.isfinite(model.step(1e100))
+    for dt in (1e-41, 1e41):
+        with pytest.raises(ValueError, match=f"dt is {dt:g}".replace("+", r"\+")):
+            FractionalFilter(1.9, dt)
+    assert math.isfinite(FractionalFilter(-1.9, 1e39).step(1e100))
+
+
+@pytest.mark.parametrize(
+    ("method", "order"), [*((m, -1) for m in METHODS), ("tustin-cf", -1.5), ("oustaloup", -1.5)]
+)
+def test_at_a_pole_the_response_is_infinite(method, order):
+    found = discretise(order, DT, method).response([0.0, 1.0])
+    assert np.isinf(found[0].real)
+    assert np.isfinite(found[1])
+    with pytest.raises(ValueError, match="not finite"):
+        discretise(order, DT, method).response(math.inf)
 
 
 # --- controllers --------------------------------------------------------------------------------

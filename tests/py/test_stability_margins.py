@@ -263,3 +263,12 @@ def test_power_sums_are_polynomials():
     w = np.exp(1j * np.linspace(0, 3, 53)) * 0.98
     wanted = [np.polyval(row[::-1], w) for row in taps]
     np.testing.assert_allclose(_loop_roots.power_sums(taps, w), wanted, rtol=1e-12, atol=1e-12)
+
+
+def test_a_speed_beyond_every_float_is_refused():
+    for speed in (10**400, 10**5000):
+        with refused("speed is a whole number of about", "in [-1000, 1000] m/s"):
+            stability.margins(speed=speed)
+    assert stability.margins(speed=np.longdouble(0.5)).speed == 0.5
+    with refused("memory is a whole number of about 401 digits", "in [0, 1024]"):
+        stability.operator(0.5, 10**400)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
-from nfopidn._checks import no_rival
+from nfopidn._checks import no_rival, real_numbers
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
 from nfopidn.fractional._discretisation import rule_power
@@ -29,7 +28,7 @@ def _factors(
     """Return discrete over continuous gains, (3, 3)."""
     orders = []
     for name, value in (("alpha", alpha), ("sigma", sigma)):
-        row = np.asarray(value, dtype=float)
+        row = real_numbers(name, value)
         if row.size not in {1, 3} or row.ndim > 1:
             raise ValueError(f"{name} has {row.size} numbers; must have 1 or 3")
         for entry in row.ravel():
@@ -44,7 +43,7 @@ def _factors(
 
 
 def _gains(gains: ArrayLike) -> NDArray[np.float64]:
-    table = np.asarray(gains, dtype=float)
+    table = real_numbers("gains", gains)
     if table.shape != (3, 3):
         raise ValueError(f"gains has shape {table.shape}; must be (3, 3)")
     if not np.isfinite(table).all():
@@ -218,7 +217,7 @@ def retune(
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.sample_time(dt)
-    new = dt if new_dt is None else checks.number("new_dt", new_dt, 0.0, math.inf, " s")
+    new = dt if new_dt is None else checks.number("new_dt", new_dt, *checks.SAMPLE_TIMES, " s")
     orders = (controller.alpha, controller.sigma)
     generator = controller.generator
     gains = controller.gains
@@ -229,9 +228,10 @@ def retune(
             gains = gains * (dt / new)
     changes: dict[str, Any] = {}
     if memory is not None:
-        infinite = isinstance(memory, Real) and float(memory) == math.inf
         longest = checks.LONGEST_CONTROLLER_MEMORY
-        changes["memory"] = math.inf if infinite else checks.whole("memory", memory, 0, longest)
+        changes["memory"] = (
+            math.inf if checks.is_infinite(memory) else checks.whole("memory", memory, 0, longest)
+        )
     result = controller.replace(gains=gains, **changes)
     band = checks.band(None, max(dt, new))
     omega = checks.frequencies(band)

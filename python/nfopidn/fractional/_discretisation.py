@@ -75,9 +75,14 @@ class Discretisation:
         Returns
         -------
         array
-            complex, of the same shape
+            complex, of the same shape; infinite at a pole, as 0 is of an integral
+
+        Raises
+        ------
+        ValueError
+            For frequencies that are no finite numbers.
         """
-        omega = np.asarray(frequency, dtype=float)
+        omega = checks.frequency(frequency)
         z = np.exp(1j * omega * self.dt)
         if self.taps is not None:
             result = np.polynomial.polynomial.polyval(1 / z, self.taps) * self.gain
@@ -85,7 +90,9 @@ class Discretisation:
             # In pairs: products of many factors of either kind alone could overflow.
             result = np.full(z.shape, self.gain, dtype=complex)
             for zero, pole in zip(self.zeros, self.poles, strict=True):
-                result *= (z - zero) / (z - pole)
+                off = z - pole
+                result *= (z - zero) / np.where(off == 0, 1, off)
+            result = np.where(np.isin(z, self.poles), np.inf, result)
         return np.asarray(result, dtype=complex)
 
     def errors(self, band: Sequence[float] | None = None) -> tuple[float, float]:
@@ -134,7 +141,7 @@ class Discretisation:
         except ImportError as error:
             raise ImportError("to_control needs python-control: pip install control") from error
         if frequency is not None:
-            omega = np.asarray(frequency, dtype=float)
+            omega = checks.frequency(frequency)
             return control.frd(self.response(omega), omega)
         if self.taps is not None:
             denominator = np.zeros(len(self.taps))
