@@ -42,7 +42,7 @@ def plain_sum(weights: np.ndarray, samples: np.ndarray) -> float:
 
 def row(memory: float, samples: np.ndarray) -> bool:
     """Print a memory's line; whether its bar is met."""
-    model = FractionalFilter(ORDER, 1.0, memory)
+    model = FractionalFilter(ORDER, 1.0, memory, "tustin")
     length = min(int(min(memory, SAMPLES)), SAMPLES - 1) + 1
     weights = _core.series_weights(1.0, ORDER, length - 1)
     streamed = best(lambda: model.stream(samples), SAMPLES)

@@ -27,7 +27,7 @@ for method in METHODS:
 print("\nlong memory, s^0.5 by Tustin's rule")
 print(f"{'memory':>10} {'modes':>6} {'certificate':>12}")
 for memory in (100, 1_000, 10_000, 100_000, 1_000_000, math.inf):
-    model = FractionalFilter(0.5, DT, memory)
+    model = FractionalFilter(0.5, DT, memory, "tustin")
     print(f"{memory:10g} {model.modes:6d} {model.certificate:12.2g}")
 
 for memory in (5, 100, math.inf):

@@ -24,6 +24,18 @@ def is_number(value: Any) -> bool:
         return False
 
 
+def shown(value: Any) -> str:
+    """Return a value as a message shows it: whole numbers of many digits by their number."""
+    if isinstance(value, int) and abs(value) >= 10**40:
+        # Not by their text, which Python refuses to make of the longest.
+        digits = int(value.bit_length() * 0.30103) + 1
+        return f"a whole number of about {digits} digits"
+    try:
+        return repr(value)
+    except ValueError:  # of a list with such a number
+        return f"a {type(value).__name__} with a number of too many digits"
+
+
 def check_encoding(what: str, text: str) -> None:
     """Refuse a text that no file and no core can hold.
 
@@ -66,7 +78,7 @@ def whole_number(name: str, value: Any, least: int, most: int = _MOST) -> int:
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or not least <= int(value) <= most:
         end = "1e9" if most == _MOST else most
-        raise ValueError(f"{name} is {value!r}; must be a whole number in [{least}, {end}]")
+        raise ValueError(f"{name} is {shown(value)}; must be a whole number in [{least}, {end}]")
     return int(value)
 
 
@@ -96,7 +108,7 @@ def real_number(name: str, value: Any, least: float, most: float, unit: str = ""
         Names the argument, its value and the range.
     """
     if not is_number(value) or not least <= float(value) <= most:
-        raise ValueError(f"{name} is {value!r}; must be in [{least:g}, {most:g}]{unit}")
+        raise ValueError(f"{name} is {shown(value)}; must be in [{least:g}, {most:g}]{unit}")
     return float(value)
 
 

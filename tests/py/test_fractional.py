@@ -22,6 +22,7 @@ from nfopidn.fractional import (
     to_discrete,
     truncation_report,
 )
+from nfopidn.fractional._conversion import controller_response
 
 RULES = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
 DT = 0.1
@@ -84,8 +85,19 @@ def test_more_sections_come_nearer(method):
 @pytest.mark.parametrize("order", [0.5, -0.5])
 def test_hard_truncation_is_a_poor_power(order):
     """At omega T = 0.1 with 100 samples the paper's series is off by a fifth."""
-    ratio = discretise(order, 1.0, memory=100).response(0.1) / 0.1j**order
+    ratio = discretise(order, 1.0, "tustin", memory=100).response(0.1) / 0.1j**order
     assert 0.1 < abs(ratio - 1) < 0.3
+
+
+def test_the_default_is_not_the_papers_series():
+    """Which amplifies noise at half the sampling rate without bound."""
+    assert discretise(0.5, DT).method == "gl"
+    model = FractionalFilter(0.5, DT)
+    assert "method='gl'" in repr(model)
+    alternating = (-1.0) ** np.arange(20_000)
+    out = model.stream(alternating)
+    assert abs(out[-1]) == pytest.approx((2 / DT) ** 0.5, rel=1e-2)
+    assert max(discretise(0.9, DT).errors()) < max(discretise(0.9, DT, "tustin").errors()) / 10
 
 
 def test_prewarping_makes_the_magnitude_exact_there():
@@ -203,7 +215,7 @@ def test_long_signals_by_fft_equal_the_steps(order):
 def test_fft_keeps_fourteen_digits_of_the_weights_sum():
     samples = np.random.default_rng(3).normal(size=40_000)
     weights = nfopidn._core.series_weights(1.0, 0.5, 10_000)
-    out = FractionalFilter(0.5, 2.0, 10_000).filter(samples)
+    out = FractionalFilter(0.5, 2.0, 10_000, "tustin").filter(samples)
     scale = abs(weights).sum() * abs(samples).max()
     for k in (0, 9_999, 10_000, 10_001, 39_999):
         window = samples[max(0, k - 10_000) : k + 1][::-1]
@@ -223,7 +235,7 @@ def test_power_of_time_has_the_closed_form(order):
 @pytest.mark.parametrize("order", [0.02, 0.5, 0.98, -0.7])
 @pytest.mark.parametrize("memory", [100_000, math.inf])
 def test_the_certificate_holds_for_the_impulse_response(order, memory):
-    model = FractionalFilter(order, 2.0, memory)
+    model = FractionalFilter(order, 2.0, memory, "tustin")
     assert model.modes <= 160
     assert model.certificate <= 1e-12
     impulse = np.zeros(60_000)
@@ -231,6 +243,14 @@ def test_the_certificate_holds_for_the_impulse_response(order, memory):
     weights = nfopidn._core.series_weights(1.0, order, impulse.size - 1)
     error = abs(model.stream(impulse) / model._filter.gain - weights).sum() / abs(weights).sum()
     assert error <= 2e-12
+
+
+def test_a_finite_memory_is_good_to_its_end_whatever_the_horizon():
+    model = FractionalFilter(-0.5, 1.0, 200_000, "gl", horizon=1000)
+    weights = nfopidn._core.series_weights(0.0, -0.5, 200_000)
+    out = model.stream(np.ones(300_000))
+    np.testing.assert_allclose(out[[150_000, 200_000]], weights.cumsum()[[150_000, 200_000]])
+    np.testing.assert_allclose(out[-1], weights.sum())
 
 
 def test_weights_of_opposite_orders_differ_by_alternating_signs():
@@ -270,7 +290,7 @@ def test_what_is_not_finite_leaves_the_state(bad):
         (lambda: discretise(2, DT), r"order is 2; must be in \(-2, 2\)"),
         (lambda: discretise(math.nan, DT), "order is nan"),
         (lambda: discretise("a", DT), "order is 'a'"),
-        (lambda: discretise(0.5, 0), r"dt is 0; must be in \(0, inf\) s"),
+        (lambda: discretise(0.5, 0), r"dt is 0; must be in \(1e-40, 1e\+40\) s"),
         (lambda: discretise(0.5, -1), "dt is -1"),
         (lambda: discretise(0.5, DT, "euler"), "method is 'euler'; must be one of tustin"),
         (lambda: discretise(0.5, DT, memory=-1), r"memory is -1; must be in \[0, 10000000\]"),
@@ -281,7 +301,7 @@ def test_what_is_not_finite_leaves_the_state(bad):
         (lambda: discretise(0.5, DT).errors((2, 1)), "must rise"),
         (lambda: discretise(0.5, DT).errors((1,)), "band has 1 numbers"),
         (lambda: discretise(0.5, DT, "oustaloup", band="x"), "band is 'x'"),
-        (lambda: discretise(0.5, DT, band=(1, 2)), "does not apply to 'tustin'"),
+        (lambda: discretise(0.5, DT, band=(1, 2)), "does not apply to 'gl'"),
         (lambda: discretise(0.5, DT, []), "method is"),
         (lambda: FractionalFilter(-2, DT), "order is -2"),
         (lambda: FractionalFilter(0.5, DT, -1), "memory is -1"),
@@ -295,6 +315,107 @@ def test_what_is_not_finite_leaves_the_state(bad):
 def test_bad_arguments_are_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+HUGE = 10**400
+LONGER_THAN_PYTHON_PRINTS = 10**5000
+
+
+@pytest.mark.parametrize(
+    "huge", [HUGE, -HUGE, LONGER_THAN_PYTHON_PRINTS], ids=["huge", "-huge", "longest"]
+)
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda huge: discretise(huge, DT), r"order is a whole.* digits; must be in \(-2, 2\)"),
+        (lambda huge: discretise(0.5, huge), "dt is a whole number .* s"),
+        (lambda huge: discretise(0.5, DT, memory=huge), "memory is a whole number .* 10000000"),
+        (lambda huge: discretise(0.5, DT, prewarp=huge), "prewarp is a whole number .* rad/s"),
+        (lambda huge: discretise(0.5, DT).errors((1, huge)), "band is .* low and high"),
+        (lambda huge: discretise(0.5, DT).response([huge]), "frequency must be real numbers"),
+        (lambda huge: FractionalFilter(huge, DT), "order is a whole number"),
+        (lambda huge: FractionalFilter(0.5, DT, huge), "memory is a whole number"),
+        (lambda huge: FractionalFilter(0.5, DT).step(huge), "sample is a whole number"),
+        (lambda huge: FractionalFilter(0.5, DT).stream([huge]), "samples must be real numbers"),
+        (lambda huge: FractionalFilter(0.5, DT).filter([huge]), "samples must be real numbers"),
+        (lambda huge: to_discrete([[huge] * 3] * 3, 0.5, 0.5, DT), "gains must be real numbers"),
+        (lambda huge: to_discrete(np.eye(3), huge, 0.5, DT), "alpha must be real numbers"),
+        (lambda huge: to_continuous(np.eye(3), 0.5, 0.5, huge), "dt is a whole number"),
+        (lambda huge: retune(nfopidn.Controller.published(), huge), "dt is a whole number"),
+        (
+            lambda huge: retune(nfopidn.Controller.published(), 0.2, new_dt=huge),
+            "new_dt is a whole number .* s",
+        ),
+        (
+            lambda huge: retune(nfopidn.Controller.published(), 0.2, memory=huge),
+            r"memory is a whole number .* in \[0, 1000000\]",
+        ),
+        (
+            lambda huge: truncation_report(nfopidn.Controller.published(), huge),
+            "dt is a whole number",
+        ),
+    ],
+)
+def test_whole_numbers_beyond_every_float_are_named(call, message, huge):
+    with pytest.raises(ValueError, match=message):
+        call(huge)
+
+
+@pytest.mark.parametrize("text", ["0.5", b"1", None, 1j])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda text: FractionalFilter(0.5, DT).step(text),
+        lambda text: FractionalFilter(0.5, DT).stream([text]),
+        lambda text: FractionalFilter(0.5, DT).filter([text]),
+        lambda text: discretise(0.5, DT).response([text]),
+        lambda text: discretise(0.5, DT).errors((text, 4)),
+        lambda text: discretise(0.5, DT).to_control([text]),
+        lambda text: to_discrete([[text] * 3] * 3, 0.5, 0.5, DT),
+        lambda text: to_discrete(np.eye(3), text, 0.5, DT),
+        lambda text: to_continuous(np.eye(3), 0.5, [text] * 3, DT),
+    ],
+)
+def test_what_is_no_number_is_not_read_as_one(call, text):
+    with pytest.raises(ValueError, match=r"must be (a number|real numbers|low and high)"):
+        call(text)
+
+
+def test_long_doubles_are_numbers():
+    half, five = np.longdouble(0.5), np.longdouble(5)
+    assert FractionalFilter(half, DT).step(half) == FractionalFilter(0.5, DT).step(0.5)
+    assert math.isinf(FractionalFilter(0.5, DT, np.longdouble(math.inf)).memory)
+    published = nfopidn.Controller.published()
+    assert retune(published, np.longdouble(0.2)).controller == published
+    with pytest.raises(ValueError, match=r"memory is np.longdouble\('5.0'\); must be a whole"):
+        retune(published, 0.2, memory=five)
+    with pytest.raises(ValueError, match="order is inf"):
+        discretise(np.longdouble(10) ** 400, DT)
+
+
+def test_samples_that_would_overflow_are_refused():
+    """They left infinity in the filter, for good."""
+    model = FractionalFilter(0.5, DT)
+    with pytest.raises(ValueError, match=r"sample is 1e\+101; must be a number in \[-1e\+100"):
+        model.step(1e101)
+    with pytest.raises(ValueError, match=r"samples\[1\] is -1e\+200; must be a number in"):
+        model.stream([0.0, -1e200])
+    assert math.isfinite(model.step(1e100))
+    for dt in (1e-41, 1e41):
+        with pytest.raises(ValueError, match=f"dt is {dt:g}".replace("+", r"\+")):
+            FractionalFilter(1.9, dt)
+    assert math.isfinite(FractionalFilter(-1.9, 1e39).step(1e100))
+
+
+@pytest.mark.parametrize(
+    ("method", "order"), [*((m, -1) for m in METHODS), ("tustin-cf", -1.5), ("oustaloup", -1.5)]
+)
+def test_at_a_pole_the_response_is_infinite(method, order):
+    found = discretise(order, DT, method).response([0.0, 1.0])
+    assert np.isinf(found[0].real)
+    assert np.isfinite(found[1])
+    with pytest.raises(ValueError, match="not finite"):
+        discretise(order, DT, method).response(math.inf)
 
 
 # --- controllers --------------------------------------------------------------------------------
@@ -396,20 +517,81 @@ def test_bad_continuous_gains_are_named(arguments, message):
         nfopidn.Controller.from_continuous(*arguments)
 
 
+@pytest.mark.parametrize("form", ["positional", "incremental"])
+@pytest.mark.parametrize("generator", ["tustin", "gl"])
+def test_retune_keeps_the_frequency_response(form, generator):
+    """In torque for an error: of a filter run on a sine, not of retune's own report."""
+    base = nfopidn.Controller.published(form=form, generator=generator, memory=300)
+    omega, time = 0.5, 400 * np.pi
+    amplitudes = []
+    for controller, dt in (
+        (base, 0.2),
+        (retune(base, 0.2, new_dt=0.1, memory=600).controller, 0.1),
+        (retune(base, 0.2, new_dt=0.05, memory=1000).controller, 0.05),
+    ):
+        t = np.arange(0, time, dt)
+        net = scipy.signal.lfilter(controller.taps[2], [1.0], np.sin(omega * t))
+        torque = np.cumsum(net) if form == "incremental" else net
+        last = slice(-round(8 * np.pi / dt), None)
+        wave = np.column_stack([np.sin(omega * t), np.cos(omega * t), np.ones_like(t)])[last]
+        amplitudes.append(np.linalg.lstsq(wave, torque[last])[0][:2])
+    for changed in amplitudes[1:]:
+        miss = np.linalg.norm(changed - amplitudes[0]) / np.linalg.norm(amplitudes[0])
+        assert miss < 0.05
+
+
 def test_retune_keeps_the_continuous_gains():
+    controller = nfopidn.Controller.published(form="incremental")
+    orders = controller.alpha, controller.sigma
+    for prewarp in (None, 3.0):
+        report = retune(controller, 0.2, new_dt=0.1, prewarp=prewarp, memory=10)
+        assert report.controller.memory == 10
+        continuous = to_continuous(controller.gains, *orders, 0.2, prewarp=prewarp)
+        again = to_continuous(report.controller.gains, *orders, 0.1, prewarp=prewarp)
+        np.testing.assert_allclose(again, continuous, rtol=1e-13)
+        assert all(0.001 < change < 0.2 for change in report.change)
+        assert "%" in str(report)
+
+
+def test_retune_to_the_same_is_the_same():
     controller = nfopidn.Controller.published()
-    report = retune(controller, 0.2, new_dt=0.1, memory=10)
-    assert report.controller.memory == 10
-    continuous = to_continuous(controller.gains, controller.alpha, controller.sigma, 0.2)
-    again = to_continuous(report.controller.gains, controller.alpha, controller.sigma, 0.1)
-    np.testing.assert_allclose(again, continuous, rtol=1e-13)
-    assert all(change > 0.001 for change in report.change)
-    assert "%" in str(report)
     same = retune(controller, 0.2)
     assert same.controller == controller
     assert max(same.change) < 1e-14
     longer = retune(controller.replace(memory=1000), 0.2, memory=math.inf)
+    assert math.isinf(longer.controller.memory)
     assert max(longer.change) < 0.02
+    alone = controller.replace(gains=controller.gains * [[1], [0], [1]])
+    assert retune(alone, 0.2).change[1] == 0
+
+
+def test_retune_warns_of_another_response():
+    with pytest.warns(UserWarning, match=r"retune: largest change .* x 78.* %"):
+        report = retune(nfopidn.Controller.published(), 0.2, new_dt=0.1, prewarp=15.0)
+    assert report.change[0] > 0.2
+    with pytest.warns(UserWarning, match="retune"):
+        retune(nfopidn.Controller.published(), 0.2, memory=math.inf)
+
+
+@pytest.mark.parametrize("generator", ["tustin", "gl"])
+def test_of_infinite_memory_the_response_is_that_of_the_whole_series(generator):
+    """Weights that never decay are summed with a taper, which the limit does not depend on."""
+    settings = {"alpha": 0.9, "sigma": 1.3, "generator": generator}
+    controller = nfopidn.Controller.published(memory=math.inf, **settings)
+    dt, omega, count = 0.2, np.array([0.4, 2.0]), 20_000
+    found = controller_response(controller, dt, omega)
+    w = np.exp(-1j * omega * dt)
+    taper = np.cos(np.linspace(0, np.pi / 2, count)) ** 2
+    pole = RULES[generator]
+    derivative, integral = (
+        np.polynomial.polynomial.polyval(
+            w, taper * nfopidn._core.series_weights(pole, order, count - 1)
+        )
+        for order in (0.9, -0.3)
+    )
+    for channel, (kp, ki, kd) in enumerate(controller.gains):
+        wanted = (1 - w) * (kp + kd * derivative) + ki * (1 + pole * w) * integral
+        np.testing.assert_allclose(found[channel], wanted, rtol=1e-6)
 
 
 def test_report_tells_how_far_the_operators_are():
@@ -420,11 +602,34 @@ def test_report_tells_how_far_the_operators_are():
         assert poor.magnitude > 5 * good.magnitude
         assert good.magnitude < 0.01
     assert "not the fractional operator" in str(short) or "roughly" in str(short)
-    wanted = discretise(0.1078, 0.2, memory=5).errors(short.band)
-    assert (short.errors[0].magnitude, short.errors[0].phase) == wanted
+    wanted = discretise(0.1078, 0.2, "tustin", memory=5).errors(short.band)
+    assert (short.errors[0].magnitude, short.errors[0].phase) == pytest.approx(wanted, rel=1e-12)
     by_channel = nfopidn.Controller.published(alpha=[0.1, 0.2, 0.3])
     assert len(truncation_report(by_channel, 0.2).errors) == 6
     with pytest.raises(ValueError, match="free taps"):
         truncation_report(nfopidn.Controller.from_taps(np.ones((3, 4))), 0.2)
     with pytest.raises(ValueError, match="Nyquist"):
         truncation_report(nfopidn.Controller.published(), 0.2, (1, 20))
+
+
+@pytest.mark.parametrize(("generator", "alpha"), [("tustin", 1.0), ("gl", 1.0), ("tustin", -1.0)])
+def test_whole_orders_of_a_controller_are_truncated_too(generator, alpha):
+    """The differentiator by Tustin's rule is no finite sum: 1 - 2w + 2w^2 - ..."""
+    controller = nfopidn.Controller.published(alpha=alpha, generator=generator, memory=7)
+    entry = truncation_report(controller, DT, (1.0, 10.0)).errors[0]
+    omega = np.geomspace(1, 10, 400)
+    weights = exact_weights(generator, alpha, 7)
+    w = np.exp(-1j * omega * DT)
+    scale = (1 if generator == "gl" else 2) / DT
+    ratio = scale**alpha * sum(c * w**j for j, c in enumerate(weights)) / (1j * omega) ** alpha
+    assert entry.magnitude == pytest.approx(abs(abs(ratio) - 1).max(), rel=1e-9)
+    assert entry.phase == pytest.approx(abs(np.angle(ratio, deg=True)).max(), rel=1e-9)
+    assert (entry.magnitude > 0.5) == (generator == "tustin")
+
+
+def test_infinite_memory_is_not_truncated_in_the_report():
+    """At 1e-6 rad/s, where 100,000 samples of 0.2 s are a small part of a period."""
+    controller = nfopidn.Controller.published(memory=math.inf)
+    for entry in truncation_report(controller, 0.2, (1e-6, 1e-3)).errors:
+        assert entry.magnitude < 1e-6
+        assert entry.phase < 1e-4

@@ -79,6 +79,11 @@ def test_arguments_out_of_range_are_refused():
         stability.basin(last=151)
     with refused("theta is nan", "rad"):
         stability.basin(theta=np.nan)
+    for text in ("0.5", b"1", None, 10**400, 10**5000):
+        with refused("y is ", "numbers [m]"):
+            stability.basin(x=[0.0], y=[text])
+    with refused("last is a whole number of about 5001 digits", "s"):
+        stability.basin(x=[0.0], y=[0.0], last=10**5000)
     with refused("x is ['a']", "numbers [m]"):
         stability.basin(x=["a"])
     with refused("tolerance is x", "in (0, 1e+06] m"):

@@ -4,7 +4,9 @@ import control
 import numpy as np
 import pytest
 from nfopidn import Controller, Robot, Scenario, Trajectory, simulate, stability
+from nfopidn.stability import _loop_roots
 from nfopidn.stability._loop import jacobians
+from nfopidn.stability._margins import _Linear, _one_loop
 from refusal import refused
 
 DT = 0.2
@@ -178,3 +180,95 @@ def test_the_default_speed_is_the_paths_peak():
 def test_a_speed_out_of_range_is_refused(speed):
     with refused(f"speed is {speed}", "in [-1000, 1000] m/s"):
         stability.margins(speed=speed)
+
+
+LONG = [
+    pytest.param(PUBLISHED.replace(memory=80), {}, id="published"),
+    pytest.param(PUBLISHED.replace(memory=80), {"delay": 2, "viscous_friction": 0.05}, id="late"),
+    pytest.param(DECOUPLED.replace(memory=80), {"integrator": "exact"}, id="decoupled"),
+    pytest.param(TUNED.replace(memory=80, generator="gl"), {}, id="incremental"),
+    pytest.param(TUNED.replace(memory=80, generator="gl"), {"delay": 2}, id="incremental, late"),
+    pytest.param(PUBLISHED.replace(gains=PUBLISHED.gains * [[0], [1], [1]], memory=80), {}, id="x"),
+]
+
+
+@pytest.mark.parametrize(("controller", "settings"), LONG)
+def test_poles_with_long_memory_are_the_maps_eigenvalues(controller, settings):
+    linear = _Linear(Scenario.published(**settings), controller, 0.3)
+    poles = linear.poles()
+    memory = linear.taps.shape[1] - 1
+    eigenvalues = np.linalg.eigvals(linear._map(memory, poles.size))
+    eigenvalues = eigenvalues[np.argsort(-np.abs(eigenvalues))]
+    assert np.all(np.diff(np.abs(poles)) <= 0)
+    assert np.count_nonzero(poles == 0) >= memory
+    # Those nearer to 0 the eigenvalues do not tell from the many that are there.
+    far, own_far = eigenvalues[np.abs(eigenvalues) > 0.8], poles[np.abs(poles) > 0.8]
+    assert far.size == own_far.size > memory
+    apart = np.abs(far[:, None] - own_far)
+    assert np.max(np.min(apart, axis=0)) < 1e-11
+    assert np.max(np.min(apart, axis=1)) < 1e-11
+    assert np.sum(poles).real == pytest.approx(np.trace(linear._map(memory, poles.size)), abs=1e-9)
+
+
+def test_poles_that_do_not_arrive_are_the_maps_eigenvalues(monkeypatch):
+    linear = _Linear(Scenario.published(), PUBLISHED.replace(memory=80), 0.3)
+    found = linear.poles()
+    monkeypatch.setattr(_loop_roots, "_MOST_SWEEPS", 3)
+    assert linear._roots(found.size) is None
+    np.testing.assert_allclose(np.abs(linear.poles()[:6]), np.abs(found[:6]), atol=1e-10)
+
+
+@pytest.mark.parametrize("controller", [PUBLISHED, TUNED.replace(generator="gl")])
+def test_margins_with_the_longest_memory(controller):
+    """Against sums of powers at more frequencies than the filter ripples."""
+    controller = controller.replace(memory=1024)
+    found = stability.margins(controller, speed=0.3)
+    assert found.stable
+    assert found.poles.size == 5 + 3 * 1025 + 2 * (controller.form == "incremental")
+    wheels_loop = _Linear(Scenario.published(), controller, 0.3)
+    frequency = np.linspace(1e-3, 1, 12_000) * np.pi / DT
+    z = np.exp(1j * frequency * DT)
+    filters = np.array([np.polyval(taps[::-1], 1 / z) for taps in wheels_loop.taps])
+    if controller.form == "incremental":
+        filters *= z / (z - 1)
+    plant = np.linalg.solve(
+        z[:, None, None] * np.eye(5) - wheels_loop.state, wheels_loop.input + 0j * z[:, None, None]
+    )
+    wheels = (wheels_loop.allocation * filters.T[:, None, :]) @ plant[:, :3]
+    np.testing.assert_allclose(wheels_loop.at_wheels(frequency), wheels, rtol=1e-9, atol=1e-12)
+    inverse = np.linalg.inv(np.eye(2) + wheels)
+    for index, own in enumerate((found.drive, found.steering)):
+        # Sensitivity of the sum or the difference of the torques, the other loop closed.
+        row = np.array([[1, 1], [1, -1]])[index]
+        peak = np.abs(np.einsum("i,nij,j->n", row, inverse, row / 2)).max()
+        assert own.peak_sensitivity == pytest.approx(peak, rel=1e-4)
+        assert own.peak_sensitivity >= peak * (1 - 1e-12)
+
+
+def test_a_narrow_ripple_is_seen():
+    """A last tap far back makes the loop ripple faster than an even grid in the logarithm shows."""
+    taps = np.zeros((3, 1026))
+    taps[:, :7] = DECOUPLED.taps
+    taps[2, -1] = 0.01
+    controller = Controller.from_taps(taps, allocation="decoupled")
+    own = stability.margins(controller, speed=0.3)
+    assert own.stable
+    frequency = np.linspace(1e-3, 1, 40_000) * np.pi / DT
+    loop = _one_loop(_Linear(Scenario.published(), controller, 0.3).at_wheels(frequency), 1)
+    assert own.steering.peak_sensitivity >= np.max(1 / np.abs(1 + loop)) * (1 - 1e-6)
+
+
+def test_power_sums_are_polynomials():
+    taps = np.random.default_rng(1).normal(size=(2, 37))
+    w = np.exp(1j * np.linspace(0, 3, 53)) * 0.98
+    wanted = [np.polyval(row[::-1], w) for row in taps]
+    np.testing.assert_allclose(_loop_roots.power_sums(taps, w), wanted, rtol=1e-12, atol=1e-12)
+
+
+def test_a_speed_beyond_every_float_is_refused():
+    for speed in (10**400, 10**5000):
+        with refused("speed is a whole number of about", "in [-1000, 1000] m/s"):
+            stability.margins(speed=speed)
+    assert stability.margins(speed=np.longdouble(0.5)).speed == 0.5
+    with refused("memory is a whole number of about 401 digits", "in [0, 1024]"):
+        stability.operator(0.5, 10**400)

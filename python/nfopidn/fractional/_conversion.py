@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
-from nfopidn._checks import no_rival
+from nfopidn._checks import no_rival, real_numbers
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
+from nfopidn.fractional._discretisation import rule_power
 
 PAPER_PREWARP = 15.0
 """The paper's w_c [rad/s] (eq. 25)."""
+
+_LARGE_CHANGE: Final = 0.2  # of a frequency response, beyond which retune warns
 
 
 def _factors(
@@ -24,7 +28,7 @@ def _factors(
     """Return discrete over continuous gains, (3, 3)."""
     orders = []
     for name, value in (("alpha", alpha), ("sigma", sigma)):
-        row = np.asarray(value, dtype=float)
+        row = real_numbers(name, value)
         if row.size not in {1, 3} or row.ndim > 1:
             raise ValueError(f"{name} has {row.size} numbers; must have 1 or 3")
         for entry in row.ravel():
@@ -39,7 +43,7 @@ def _factors(
 
 
 def _gains(gains: ArrayLike) -> NDArray[np.float64]:
-    table = np.asarray(gains, dtype=float)
+    table = real_numbers("gains", gains)
     if table.shape != (3, 3):
         raise ValueError(f"gains has shape {table.shape}; must be (3, 3)")
     if not np.isfinite(table).all():
@@ -114,7 +118,8 @@ class RetuneReport:
         (low, high) [rad/s] over which the two are compared
     change
         (3,) for the channels x, y, theta: the largest |new/old - 1| of the filters' frequency
-        responses over the band, in torque for an error, whatever the sample times
+        responses over the band, in torque for an error, whatever the sample times; 0 for a
+        channel whose gains are all 0
     """
 
     controller: Controller
@@ -139,14 +144,29 @@ def controller_response(
 ) -> NDArray[np.complex128]:
     """Return the response of each channel's filter (eq. 34), (3, n), net for an error.
 
-    With the incremental form the running sum over samples is part of it.
+    With the incremental form the running sum over samples is part of it. An infinite memory has
+    the operators' closed form.
     """
+    omega = np.asarray(frequency, dtype=float)
+    w = np.exp(-1j * omega * dt)
     if isinstance(controller.memory, float):
-        raise ValueError("memory is inf; must be finite for a response")
-    w = np.exp(-1j * np.asarray(frequency, dtype=float) * dt)
-    rows = [np.polynomial.polynomial.polyval(w, taps) for taps in controller.taps]
+        assert controller.gains is not None  # free taps have an end
+        rule, orders = controller.generator, _orders(controller)
+        below = 1 + checks.POLES[rule] * w
+        rows = [
+            (1 - w) * (kp + kd * rule_power(rule, alpha, omega * dt))
+            + ki * below * rule_power(rule, 1 - sigma, omega * dt)
+            for (kp, ki, kd), alpha, sigma in zip(controller.gains, *orders, strict=True)
+        ]
+    else:
+        rows = [np.polynomial.polynomial.polyval(w, taps) for taps in controller.taps]
     response = np.array(rows)
     return response / (1 - w) if controller.form == "incremental" else response
+
+
+def _orders(controller: Controller) -> list[NDArray[np.float64]]:
+    pair = (controller.alpha, controller.sigma)
+    return [np.broadcast_to(np.asarray(order, dtype=float), 3) for order in pair]
 
 
 def retune(
@@ -155,9 +175,13 @@ def retune(
     *,
     new_dt: float | None = None,
     memory: float | None = None,
-    prewarp: float | None = PAPER_PREWARP,
+    prewarp: float | None = None,
 ) -> RetuneReport:
-    """Return a controller of the same continuous gains for another memory or sample time.
+    """Return a controller of the same frequency response for another memory or sample time.
+
+    The continuous gains (eq. 25) stay. In the positional form the torque is what the textbook PID
+    adds in one sample, which is in proportion to the sample time: there all gains are multiplied by
+    dt / new_dt besides.
 
     Parameters
     ----------
@@ -168,9 +192,11 @@ def retune(
     new_dt
         the one wanted [s]; None: the same
     memory
-        the memory wanted [samples], or math.inf; None: the same
+        the memory wanted [samples], or math.inf; None: the same number of samples, which is
+        another time where the sample time changes
     prewarp
-        w_c of both [rad/s] (eq. 25)
+        w_c of both [rad/s] (eq. 25), below pi/dt of both. None: 0, which keeps the response at
+        frequencies far below Nyquist's. The paper's 15 rad/s keeps it at 15 rad/s alone.
 
     Returns
     -------
@@ -181,28 +207,40 @@ def retune(
     ------
     ValueError
         Names the argument, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        If the frequency response of a channel changes by more than a fifth.
     """
     controller = no_rival(controller)
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.sample_time(dt)
-    new = dt if new_dt is None else checks.number("new_dt", new_dt, 0.0, math.inf, " s")
+    new = dt if new_dt is None else checks.number("new_dt", new_dt, *checks.SAMPLE_TIMES, " s")
     orders = (controller.alpha, controller.sigma)
     generator = controller.generator
-    continuous = to_continuous(controller.gains, *orders, dt, prewarp=prewarp, generator=generator)
-    gains = to_discrete(continuous, *orders, new, prewarp=prewarp, generator=generator)
-    changes: dict[str, Any] = {} if memory is None else {"memory": memory}
-    result = controller.replace(gains=gains if new != dt else controller.gains, **changes)
+    gains = controller.gains
+    if new != dt:
+        continuous = to_continuous(gains, *orders, dt, prewarp=prewarp, generator=generator)
+        gains = to_discrete(continuous, *orders, new, prewarp=prewarp, generator=generator)
+        if controller.form == "positional":
+            gains = gains * (dt / new)
+    changes: dict[str, Any] = {}
+    if memory is not None:
+        longest = checks.LONGEST_CONTROLLER_MEMORY
+        changes["memory"] = (
+            math.inf if checks.is_infinite(memory) else checks.whole("memory", memory, 0, longest)
+        )
+    result = controller.replace(gains=gains, **changes)
     band = checks.band(None, max(dt, new))
     omega = checks.frequencies(band)
-    before = controller_response(_finite(controller), dt, omega)
-    after = controller_response(_finite(result), new, omega)
-    x, y, theta = (float(change) for change in np.abs(after / before - 1).max(axis=1))
-    return RetuneReport(result, new, band, (x, y, theta))
-
-
-def _finite(controller: Controller) -> Controller:
-    """Return it with a memory long enough to stand for an infinite one."""
-    return (
-        controller.replace(memory=100_000) if isinstance(controller.memory, float) else controller
-    )
+    before = controller_response(controller, dt, omega)
+    after = controller_response(result, new, omega)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.where((before == 0) & (after == 0), 1.0, after / before)
+    x, y, theta = (float(change) for change in np.abs(ratios - 1).max(axis=1))
+    report = RetuneReport(result, new, band, (x, y, theta))
+    if max(report.change) > _LARGE_CHANGE:
+        warnings.warn(f"retune: {report}", stacklevel=2)
+    return report

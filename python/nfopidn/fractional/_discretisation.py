@@ -75,9 +75,14 @@ class Discretisation:
         Returns
         -------
         array
-            complex, of the same shape
+            complex, of the same shape; infinite at a pole, as 0 is of an integral
+
+        Raises
+        ------
+        ValueError
+            For frequencies that are no finite numbers.
         """
-        omega = np.asarray(frequency, dtype=float)
+        omega = checks.frequency(frequency)
         z = np.exp(1j * omega * self.dt)
         if self.taps is not None:
             result = np.polynomial.polynomial.polyval(1 / z, self.taps) * self.gain
@@ -85,7 +90,9 @@ class Discretisation:
             # In pairs: products of many factors of either kind alone could overflow.
             result = np.full(z.shape, self.gain, dtype=complex)
             for zero, pole in zip(self.zeros, self.poles, strict=True):
-                result *= (z - zero) / (z - pole)
+                off = z - pole
+                result *= (z - zero) / np.where(off == 0, 1, off)
+            result = np.where(np.isin(z, self.poles), np.inf, result)
         return np.asarray(result, dtype=complex)
 
     def errors(self, band: Sequence[float] | None = None) -> tuple[float, float]:
@@ -134,7 +141,7 @@ class Discretisation:
         except ImportError as error:
             raise ImportError("to_control needs python-control: pip install control") from error
         if frequency is not None:
-            omega = np.asarray(frequency, dtype=float)
+            omega = checks.frequency(frequency)
             return control.frd(self.response(omega), omega)
         if self.taps is not None:
             denominator = np.zeros(len(self.taps))
@@ -146,7 +153,7 @@ class Discretisation:
 def discretise(
     order: float,
     dt: float,
-    method: str = "tustin",
+    method: str = "gl",
     *,
     memory: int = 100,
     sections: int = 9,
@@ -165,9 +172,10 @@ def discretise(
     dt
         sample time [s]
     method
-        "tustin" (the paper's), "gl", "al-alaoui": power series cut after `memory`; "tustin-cf",
-        "al-alaoui-cf": continued fractions with `sections` zeros and poles; "oustaloup": as many,
-        evenly spaced over `band` in the logarithm, taken to z by Tustin's rule
+        "gl", "al-alaoui", "tustin" (the paper's): power series cut after `memory`, Tustin's the
+        worst of them (docs/fractional.md); "tustin-cf", "al-alaoui-cf": continued fractions with
+        `sections` zeros and poles; "oustaloup": as many, evenly spaced over `band` in the
+        logarithm, taken to z by Tustin's rule
     memory
         last power of 1/z in a series, 0 to 10,000,000
     sections
@@ -210,6 +218,20 @@ def discretise(
         found = _core.continued_fraction(order, pole, dt, warp, sections)
     roots, ends, gain = found
     return Discretisation(order, dt, method, gain, None, _complex(roots), _complex(ends))
+
+
+def rule_power(method: str, order: float, angle: Floats) -> NDArray[np.complex128]:
+    """Return ((1 - w)/(1 + pole w))^order at w = exp(-j angle), which no memory truncates."""
+    w = np.exp(-1j * angle)
+    return np.asarray(((1 - w) / (1 + checks.POLES[method] * w)) ** order)
+
+
+def truncated_power(
+    method: str, order: float, angle: Floats, memory: int
+) -> NDArray[np.complex128]:
+    """Return the power series of that up to w^memory, cut for whole orders as for others."""
+    taps = _core.series_weights(checks.POLES[method], order, memory)
+    return np.asarray(np.polynomial.polynomial.polyval(np.exp(-1j * angle), taps))
 
 
 def worst_errors(ratio: NDArray[np.complex128]) -> tuple[float, float]:

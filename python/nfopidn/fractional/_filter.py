@@ -33,11 +33,16 @@ class FractionalFilter:
     memory
         last power M of 1/z, a whole number up to 10,000,000, or math.inf
     method
-        the rule: "tustin", "gl" or "al-alaoui"
+        the rule: "gl", "al-alaoui" or "tustin". The paper's Tustin has no phase error of its own
+        and suits infinite memory, but its weights alternate and decay slowly or, from order 1 on,
+        not at all: a finite memory of it is a poor operator, and noise at half the sampling rate is
+        amplified without bound
     prewarp
         frequency [rad/s] at which the rule's magnitude is exact; None: at 0
     horizon
-        samples over which infinite memory is certified
+        samples over which infinite memory is certified, 1000 to 10,000,000. It fades out beyond:
+        ten times as far the sum of the weights of s^-0.9 is off by 1e-6, a hundred times by 0.1. A
+        finite memory is good to its end
 
     Raises
     ------
@@ -55,7 +60,7 @@ class FractionalFilter:
         order: float,
         dt: float,
         memory: float = math.inf,
-        method: str = "tustin",
+        method: str = "gl",
         *,
         prewarp: float | None = None,
         horizon: int = 1_000_000,
@@ -65,9 +70,10 @@ class FractionalFilter:
         if not isinstance(method, str) or method not in checks.POLES:
             raise ValueError(f"method is {method!r}; must be one of {', '.join(checks.POLES)}")
         self._method = method
-        infinite = isinstance(memory, float) and math.isinf(memory) and memory > 0
         self._memory = (
-            math.inf if infinite else checks.whole("memory", memory, 0, checks.LONGEST_MEMORY)
+            math.inf
+            if checks.is_infinite(memory)
+            else checks.whole("memory", memory, 0, checks.LONGEST_MEMORY)
         )
         self._horizon = checks.whole("horizon", horizon, 1000, checks.LONGEST_HORIZON)
         self._prewarp = checks.prewarp_frequency(prewarp, self._dt)
@@ -120,12 +126,9 @@ class FractionalFilter:
         Raises
         ------
         ValueError
-            For a sample that is not finite; the state is then as before.
+            For a sample that is no number in [-1e100, 1e100]; the state is then as before.
         """
-        value = float(sample)
-        if not math.isfinite(value):
-            raise ValueError(f"sample is {value}; must be finite")
-        return float(self._filter.step(value))
+        return float(self._filter.step(checks.sample(sample)))
 
     def stream(self, samples: ArrayLike) -> NDArray[np.float64]:
         """Return the outputs of the next samples, (n,), as step() of each would.
@@ -133,9 +136,10 @@ class FractionalFilter:
         Raises
         ------
         ValueError
-            For samples that are not finite or not a row; the state is then as before.
+            For samples that are no numbers in [-1e100, 1e100] or not a row; the state is then as
+            before.
         """
-        return np.asarray(self._filter.process(_row(samples)))
+        return np.asarray(self._filter.process(checks.samples(samples)))
 
     def filter(self, samples: ArrayLike) -> NDArray[np.float64]:
         """Return the outputs to a whole signal, (n,), from rest; the filter's own state stays.
@@ -146,9 +150,9 @@ class FractionalFilter:
         Raises
         ------
         ValueError
-            For samples that are not finite or not a row.
+            For samples that are no numbers in [-1e100, 1e100] or not a row.
         """
-        row = _row(samples)
+        row = checks.samples(samples)
         length = row.size if math.isinf(self._memory) else min(row.size, int(self._memory) + 1)
         if self._filter.rest != 0 and row.size >= _SHORT_SIGNAL and length >= _SHORT_MEMORY:
             convolve = _oaconvolve()
@@ -188,16 +192,6 @@ class FractionalFilter:
             f"FractionalFilter(order={self._order:g}, dt={self._dt:g}, memory={memory}, "
             f"method={self._method!r})"
         )
-
-
-def _row(samples: ArrayLike) -> NDArray[np.float64]:
-    row = np.ascontiguousarray(samples, dtype=float)
-    if row.ndim != 1:
-        raise ValueError(f"samples has {row.ndim} dimensions; must have 1")
-    bad = np.flatnonzero(~np.isfinite(row))
-    if bad.size:
-        raise ValueError(f"samples[{bad[0]}] is {row[bad[0]]}; must be finite")
-    return row
 
 
 def _oaconvolve() -> Any:

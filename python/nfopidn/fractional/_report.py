@@ -11,7 +11,7 @@ import numpy as np
 from nfopidn._checks import no_rival
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
-from nfopidn.fractional._discretisation import discretise, worst_errors
+from nfopidn.fractional._discretisation import rule_power, truncated_power, worst_errors
 
 
 @dataclass(frozen=True)
@@ -94,12 +94,13 @@ def truncation_report(
     """Return how far a controller's operators are from s^alpha and s^-sigma.
 
     The integral of eq. 34 is the series of s^(1 - sigma), cut after the memory, times the rule's
-    1/s, which is exact.
+    1/s, which is exact. Whole orders are truncated like any other: with Tustin's rule s^1 is no
+    differentiator, as its weights never decay. An infinite memory is not truncated.
 
     Parameters
     ----------
     controller
-        with gains and orders, not free taps; of infinite memory 100,000 samples stand for it
+        with gains and orders, not free taps
     dt
         sample time [s]
     band
@@ -126,17 +127,21 @@ def truncation_report(
     pairs = list(zip(("x", "y", "theta"), alphas.tolist(), sigmas.tolist(), strict=True))
     if len({pair[1:] for pair in pairs}) == 1:
         pairs = [("all", *pairs[0][1:])]
-    memory = controller.memory
-    taps = 100_000 if isinstance(memory, float) else int(memory)
+    memory, rule = controller.memory, controller.generator
     entries = []
     omega = checks.frequencies(edges)
-    integrator = discretise(-1, dt, controller.generator).response(omega)
+    scale = (1 + checks.POLES[rule]) / dt
+    integrator = 1 / (scale * rule_power(rule, 1.0, omega * dt))
     for channel, alpha, sigma in pairs:
         for operator, order, series, whole in (
             ("s^alpha", alpha, alpha, 1.0),
             ("s^-sigma", -sigma, 1 - sigma, integrator),
         ):
-            model = discretise(series, dt, controller.generator, memory=taps)
-            ratio = model.response(omega) * whole / (1j * omega) ** order
+            if isinstance(memory, float):
+                power = rule_power(rule, series, omega * dt)
+            else:
+                # Not discretise(), which has whole orders exactly: the controller truncates them.
+                power = truncated_power(rule, series, omega * dt, memory)
+            ratio = scale**series * power * whole / (1j * omega) ** order
             entries.append(OperatorError(channel, operator, order, *worst_errors(ratio)))
     return TruncationReport(memory, controller.generator, dt, edges, tuple(entries))

@@ -12,7 +12,9 @@ from nfopidn._checks import (
     controller_or_published,
     is_number,
     real_number,
+    real_numbers,
     scenario_or_published,
+    shown,
     whole_number,
 )
 from nfopidn._core import Controller, Scenario
@@ -72,9 +74,9 @@ def _axis(name: str, given: ArrayLike | None, centre: float) -> Array:
     if given is None:
         return np.linspace(centre - 3, centre + 3, 100)
     try:
-        axis = np.atleast_1d(np.asarray(given, dtype=float))
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {given!r}; must be numbers [m]") from None
+        axis = np.atleast_1d(real_numbers(name, given))
+    except ValueError:
+        raise ValueError(f"{name} is {shown(given)}; must be numbers [m]") from None
     if axis.ndim != 1 or axis.size == 0:
         raise ValueError(f"{name} has shape {axis.shape}; must be one-dimensional, not empty")
     if not np.all(np.abs(axis) <= 1e6):
@@ -85,7 +87,8 @@ def _axis(name: str, given: ArrayLike | None, centre: float) -> Array:
 
 def _check(name: str, value: Any, low: float, high: float, unit: str) -> None:
     if not is_number(value) or not low < float(value) <= high:
-        raise ValueError(f"{name} is {value}; must be in ({low:g}, {high:g}] {unit}")
+        text = value if isinstance(value, str) else shown(value)
+        raise ValueError(f"{name} is {text}; must be in ({low:g}, {high:g}] {unit}")
 
 
 def basin(

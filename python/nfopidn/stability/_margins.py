@@ -4,11 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from nfopidn import _core
 from nfopidn._checks import controller_or_published, real_number, scenario_or_published
 from nfopidn._core import Controller, Scenario
+from nfopidn.stability._loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability._z_plane import short_memory
 
 Array = NDArray[np.float64]
@@ -17,6 +19,11 @@ Response = Callable[[Array], Complex]
 
 _GRID = 4000
 _LOWEST = 1e-5  # of the grid's frequencies, as part of the highest, pi / dt
+#: A filter of n taps ripples n / 2 times up to the highest frequency. With more taps than this the
+#: grid, even in the logarithm, would see less than eight points of the last ripple.
+_RIPPLES, _POINTS_A_RIPPLE = 87, 8
+#: Up to here the poles are the map's eigenvalues, whose cost grows with the states' cube.
+_FEW_STATES = 200
 _REFINEMENTS = 60  # of a bracket by halves, or by the golden section
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
@@ -119,8 +126,6 @@ class Margins:
 class _Linear:
     """The loop on a straight line: state x, y, theta, v, omega, inputs the wheels' torques."""
 
-    #: The torques' sum and difference.
-    TO_LOOPS = np.array([[1.0, 1.0], [1.0, -1.0]])
     ERRORS = -np.eye(3, 5)
 
     def __init__(self, scenario: Scenario, controller: Controller, speed: float) -> None:
@@ -138,34 +143,48 @@ class _Linear:
         allocation = controller.allocation
         rows = named[allocation] if isinstance(allocation, str) else allocation
         self.allocation = np.asarray(rows, dtype=float)
+        self.robot = resolvent(self.state, self.input, self.ERRORS)
 
     def at_wheels(self, frequency: Array) -> Complex:
         """Return the loop broken at the wheels' torques, (N, 2, 2)."""
-        z = np.exp(1j * np.atleast_1d(frequency) * self.dt)[:, None, None]
-        plant = np.linalg.solve(z * np.eye(5) - self.state, self.input + 0j * z)
-        powers = z[:, 0, 0, None] ** -np.arange(self.taps.shape[1])
-        filters = powers @ self.taps.T
-        law = self.allocation * filters[:, None, :] * z**-self.delay
+        angle = np.atleast_1d(frequency) * self.dt
+        w = np.exp(-1j * angle)
+        y = np.expm1(1j * angle)  # z - 1, to all digits also at low frequencies
+        determinant, motion = self.robot
+        plant = polynomial.polyval(y, np.moveaxis(motion, 2, 0)) / polynomial.polyval(
+            y, determinant
+        )
+        filters = power_sums(self.taps, w) * w**self.delay
         if self.sums:
-            law = law * z / (z - 1)
-        return np.asarray(law @ -self.ERRORS @ plant)
+            filters = filters / (w * y)  # z / (z - 1)
+        law = self.allocation * filters.T[:, None, :]
+        return np.asarray(-law @ np.moveaxis(plant, 2, 0))
 
     def one_loop(self, index: int) -> Response:
         """Return the response of drive (0) or steering (1) with the other loop closed."""
-        other = 1 - index
-
-        def response(frequency: Array) -> Complex:
-            loops = self.TO_LOOPS @ self.at_wheels(frequency) @ np.linalg.inv(self.TO_LOOPS)
-            through = loops[:, index, other] * loops[:, other, index]
-            return np.asarray(loops[:, index, index] - through / (1 + loops[:, other, other]))
-
-        return response
+        return lambda frequency: _one_loop(self.at_wheels(frequency), index)
 
     def poles(self) -> Complex:
         """Return the closed loop's poles: eigenvalues of the whole map at rest."""
         memory = self.taps.shape[1] - 1
+        size = 5 + 3 * memory + 2 * self.sums + 2 * self.delay
+        poles = self._roots(size) if size > _FEW_STATES else None
+        if poles is None:
+            poles = np.linalg.eigvals(self._map(memory, size)).astype(np.complex128)
+        return poles[np.argsort(-np.abs(poles))]
+
+    def _roots(self, size: int) -> Complex | None:
+        """Return the same from the characteristic function; None if that does not converge."""
+        function = Characteristic.of_loop(
+            self.robot, self.allocation, self.taps, sums=self.sums, delay=self.delay
+        )
+        found = function.roots()
+        # The channels' past errors outnumber what two torques can make of them: the rest is at 0.
+        return None if found is None else np.append(found, np.zeros(size - found.size))
+
+    def _map(self, memory: int, size: int) -> Array:
+        """Return the whole map at rest: robot, past errors, last torques, torques on their way."""
         past, sums, line = 5, 5 + 3 * memory, 5 + 3 * memory + 2 * self.sums
-        size = line + 2 * self.delay
         torque = np.zeros((2, size))
         torque[:, :5] = self.allocation @ (self.taps[:, :1] * self.ERRORS)
         for channel in range(3):
@@ -187,32 +206,56 @@ class _Linear:
             step[size - 2 :] = torque
         step[:5, :5] += self.state
         step[:5] += self.input @ applied
-        poles = np.linalg.eigvals(step).astype(np.complex128)
-        return poles[np.argsort(-np.abs(poles))]
+        return step
 
 
-def _crossing(function: Callable[[Array], Array], low: float, high: float) -> float:
-    """Return a root between two frequencies at which the function has other signs."""
-    at_low = float(function(np.array([low]))[0])
-    for _ in range(_REFINEMENTS):
-        middle = 0.5 * (low + high)
-        at_middle = float(function(np.array([middle]))[0])
-        if at_low * at_middle > 0:
-            low, at_low = middle, at_middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+#: The torques' sum and difference.
+_TO_LOOPS = np.array([[1.0, 1.0], [1.0, -1.0]])
 
 
-def _roots(function: Callable[[Array], Array], grid: Array) -> list[float]:
-    values = function(grid)
+def _one_loop(wheels: Complex, index: int) -> Complex:
+    """Return drive (0) or steering (1) of loops broken at the wheels, the other loop closed."""
+    other = 1 - index
+    loops = _TO_LOOPS @ wheels @ np.linalg.inv(_TO_LOOPS)
+    through = loops[:, index, other] * loops[:, other, index]
+    return np.asarray(loops[:, index, index] - through / (1 + loops[:, other, other]))
+
+
+def _roots(function: Callable[[Array], Array], grid: Array, values: Array) -> Array:
+    """Return the roots between points of the grid where the function has other signs.
+
+    All at once, by halves or by inverse quadratic interpolation where that is safe (Chandrupatla
+    1997).
+    """
     places = np.flatnonzero(values[:-1] * values[1:] < 0)
-    return [_crossing(function, float(grid[i]), float(grid[i + 1])) for i in places]
+    new, old = grid[places], grid[places + 1]
+    at_new, at_old = values[places], values[places + 1]
+    share = np.full(places.size, 0.5)
+    for _ in range(_REFINEMENTS if places.size else 0):
+        between = new + share * (old - new)
+        value = function(between)
+        same = np.sign(value) == np.sign(at_new)
+        last, at_last = np.where(same, new, old), np.where(same, at_new, at_old)
+        old, at_old = np.where(same, old, new), np.where(same, at_old, at_new)
+        new, at_new = between, value
+        width = np.abs(old - new)
+        least = 2 * np.finfo(float).eps * np.abs(new) / np.maximum(width, np.finfo(float).tiny)
+        if np.all((least > 0.5) | (at_new == 0)):
+            break
+        with np.errstate(divide="ignore", invalid="ignore"):
+            place = (new - old) / (last - old)
+            height = (at_new - at_old) / (at_last - at_old)
+            safe = (height**2 < place) & ((1 - height) ** 2 < 1 - place)
+            share = at_new / (at_old - at_new) * at_last / (at_old - at_last) + (last - new) / (
+                old - new
+            ) * at_new / (at_last - at_new) * at_old / (at_last - at_old)
+        share = np.where(safe, share, 0.5)
+        share = np.clip(share, np.minimum(least, 0.5), np.maximum(1 - least, 0.5))
+    return np.where(np.abs(at_new) < np.abs(at_old), new, old)
 
 
-def _peak(function: Callable[[Array], Array], grid: Array) -> tuple[float, float]:
+def _peak(function: Callable[[Array], Array], grid: Array, values: Array) -> tuple[float, float]:
     """Return the largest value on the frequencies of the grid and between, and where it is."""
-    values = function(grid)
     best = int(np.argmax(values))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     for _ in range(_REFINEMENTS):
@@ -224,33 +267,46 @@ def _peak(function: Callable[[Array], Array], grid: Array) -> tuple[float, float
     return max((refined, float(frequency)), (float(values[best]), float(grid[best])))
 
 
-def _loop_margins(response: Response, grid: Array) -> LoopMargins:
-    def off_circle(frequency: Array) -> Array:
-        return np.abs(response(frequency)) - 1
+def _off_circle(loop: Complex) -> Array:
+    return np.abs(loop) - 1
 
-    def off_axis(frequency: Array) -> Array:
-        return response(frequency).imag
 
-    crossings = np.array([*_roots(off_axis, grid), grid[-1]])
+def _off_axis(loop: Complex) -> Array:
+    return loop.imag
+
+
+def _sensitivity(loop: Complex) -> Array:
+    return np.asarray(1 / np.abs(1 + loop))
+
+
+def _skewed(loop: Complex) -> Array:
+    return np.asarray(np.abs(0.5 * (1 - loop) / (1 + loop)))
+
+
+def _loop_margins(response: Response, grid: Array, on_grid: Complex) -> LoopMargins:
+    def roots(of_loop: Callable[[Complex], Array]) -> Array:
+        return _roots(lambda frequency: of_loop(response(frequency)), grid, of_loop(on_grid))
+
+    def peak(of_loop: Callable[[Complex], Array]) -> float:
+        found = _peak(lambda frequency: of_loop(response(frequency)), grid, of_loop(on_grid))
+        return found[0]
+
+    crossings = np.append(roots(_off_axis), grid[-1])
     on_axis = response(crossings).real
     factors = -1 / on_axis[on_axis < 0]
     gain = (
         float(np.max(factors[factors < 1], initial=0.0)),
         float(np.min(factors[factors > 1], initial=np.inf)),
     )
-    unit = np.array(_roots(off_circle, grid))
+    unit = roots(_off_circle)
     angle = np.angle(-response(unit)) if unit.size else np.empty(0)
     lag = np.mod(angle, 2 * np.pi) / unit if unit.size else np.empty(0)
-    sensitivity, _ = _peak(lambda frequency: 1 / np.abs(1 + response(frequency)), grid)
-    skewed, _ = _peak(
-        lambda frequency: np.abs(0.5 * (1 - response(frequency)) / (1 + response(frequency))), grid
-    )
     return LoopMargins(
         gain=gain,
         phase=float(np.min(np.abs(angle), initial=np.inf)),
         delay=float(np.min(lag, initial=np.inf)),
-        peak_sensitivity=sensitivity,
-        disk=1 / skewed,
+        peak_sensitivity=peak(_sensitivity),
+        disk=1 / peak(_skewed),
     )
 
 
@@ -273,12 +329,12 @@ def _structured_value(matrix: Complex) -> Array:
     )
 
 
-def _disk_margin(response: Response, grid: Array) -> DiskMargin:
-    def skewed(frequency: Array) -> Array:
-        sensitivity = np.linalg.inv(np.eye(2) + response(frequency))
+def _disk_margin(response: Response, grid: Array, on_grid: Complex) -> DiskMargin:
+    def skewed(wheels: Complex) -> Array:
+        sensitivity = np.linalg.inv(np.eye(2) + wheels)
         return _structured_value(np.asarray(sensitivity - 0.5 * np.eye(2), dtype=np.complex128))
 
-    value, frequency = _peak(skewed, grid)
+    value, frequency = _peak(lambda frequency: skewed(response(frequency)), grid, skewed(on_grid))
     disk = 1 / value
     upper = (2 + disk) / (2 - disk) if disk < 2 else np.inf
     lower = max((2 - disk) / (2 + disk), 0.0)
@@ -288,6 +344,15 @@ def _disk_margin(response: Response, grid: Array) -> DiskMargin:
         phase=float(2 * np.arctan(disk / 2)),
         frequency=frequency,
     )
+
+
+def _grid(taps: int) -> Array:
+    """Return frequencies as parts of the highest: even in the logarithm, and see each ripple."""
+    grid = np.geomspace(_LOWEST, 1, _GRID)
+    if taps > _RIPPLES:
+        ripples = np.linspace(0, 1, _POINTS_A_RIPPLE * taps // 2 + 1)[1:]
+        grid = np.union1d(grid, ripples)
+    return grid
 
 
 _NAN = float("nan")
@@ -347,11 +412,12 @@ def margins(
         none = LoopMargins((_NAN, _NAN), _NAN, _NAN, _NAN, _NAN)
         wheels = DiskMargin(_NAN, (_NAN, _NAN), _NAN, _NAN)
         return Margins(speed, poles, none, none, wheels)
-    grid = np.geomspace(_LOWEST, 1, _GRID) * (np.pi / linear.dt)
+    grid = _grid(linear.taps.shape[1]) * (np.pi / linear.dt)
+    on_grid = linear.at_wheels(grid)
     return Margins(
         speed=speed,
         poles=poles,
-        drive=_loop_margins(linear.one_loop(0), grid),
-        steering=_loop_margins(linear.one_loop(1), grid),
-        wheels=_disk_margin(linear.at_wheels, grid),
+        drive=_loop_margins(linear.one_loop(0), grid, _one_loop(on_grid, 0)),
+        steering=_loop_margins(linear.one_loop(1), grid, _one_loop(on_grid, 1)),
+        wheels=_disk_margin(linear.at_wheels, grid, on_grid),
     )

@@ -34,15 +34,17 @@ struct SplitOrder {
 
 // scale^order ((1 - w)/(1 + pole w))^order: the whole factor as a recursion, whose pole is at z =
 // -pole or at z = 1; the rest as a series up to w^memory.
+//
+// A finite memory is good to its end, whatever the horizon; an infinite one to the horizon.
 class FractionalFilter {
  public:
   FractionalFilter(double order, const DifferenceRule& rule, int memory,
                    int horizon = certified_horizon)
       : order_(order),
         rule_(rule),
-        horizon_(std::min(memory, horizon)),
+        horizon_(memory == infinite_memory ? horizon : memory),
         gain_(std::pow(rule.scale(), order)),
-        series_(series_kernel(rule.pole, order_.rest, order_.rest == 0 ? 0 : memory, horizon)) {}
+        series_(series_kernel(rule.pole, order_.rest, order_.rest == 0 ? 0 : memory, horizon_)) {}
 
   // A sample in, a sample out; both must be finite numbers, or the filter remembers it.
   double step(double sample) { return gain_ * whole(series_.step(sample)); }
