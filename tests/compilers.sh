@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The headers under other compilers, standards and options: what must work and what must be refused.
-# usage: tests/compilers.sh
+# usage: tests/compilers.sh libnfopidn_batch.a
 set -euo pipefail
+library=$(realpath "$1")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 folder=build/compilers
 mkdir -p "$folder"
@@ -74,26 +75,17 @@ common=(-std=c++17 -O1 -ffp-contract=off -w -pthread -Icpp/include -Icpp/src
   -isystem /usr/include/eigen3 -isystem "$googletest/include"
   -DNFOPIDN_GOLDEN="\"$PWD/tests/golden\"")
 generic=(cpp/src/batch/dispatch.cpp cpp/src/batch/kernel_generic.cpp)
-probe() { # a name, compiler and options
+probe() { # a name, compiler, options and what to link
   local out=$folder/probe_$1
   shift
-  "$@" "${common[@]}" tests/cpp/batch_probe.cpp -o "$out"
+  "${@:1:1}" "${common[@]}" tests/cpp/batch_probe.cpp "${@:2}" -o "$out"
 }
 bits() { # a name, and a program to run it by
   "${@:2}" "$folder/probe_$1" 3000 | cut -d' ' -f2-
 }
 
-units=()
-for unit in sse2 avx2 avx512; do
-  flags=()
-  [[ $unit == avx2 ]] && flags=(-mavx2)
-  [[ $unit == avx512 ]] && flags=(-mavx512f -mavx512dq -mavx512vl)
-  g++ "${common[@]}" -O3 "${flags[@]}" -fno-exceptions -c "cpp/src/batch/kernel_$unit.cpp" \
-    -o "$folder/$unit.o"
-  units+=("$folder/$unit.o")
-done
-probe here g++ cpp/src/batch/dispatch.cpp "${units[@]}"
-probe plain_eigen g++ -DEIGEN_DONT_VECTORIZE cpp/src/batch/dispatch.cpp "${units[@]}"
+probe here g++ "$library"
+probe plain_eigen g++ -DEIGEN_DONT_VECTORIZE "$library"
 # Debian has <asm/errno.h> where 64 bits look for it.
 probe bits32 g++-12 -m32 -msse2 -mfpmath=sse -idirafter /usr/include/x86_64-linux-gnu "${generic[@]}"
 probe aarch64 aarch64-linux-gnu-g++ -static "${generic[@]}"
