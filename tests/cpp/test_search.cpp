@@ -568,10 +568,17 @@ TEST(BfoaPlus, SmallBudgetsHaveFewCells) {
 }
 
 TEST(BfoaPlus, EveryKnobTurnsSomething) {
-  std::map<std::string, double> values = {
-      {"cells", 12},    {"first_points", 60},  {"differential_share", 0.2},
-      {"colonies", 1},  {"step", 0.01},        {"foraging_share", 0.2},
-      {"finishers", 1}, {"restart_points", 0}, {"evaluations_per_cell", 400}};
+  std::map<std::string, double> values = {{"cells", 12},
+                                          {"first_points", 60},
+                                          {"differential_share", 0.2},
+                                          {"colonies", 1},
+                                          {"step", 0.01},
+                                          {"foraging_share", 0.2},
+                                          {"finishers", 1},
+                                          {"restart_points", 0},
+                                          {"evaluations_per_cell", 400},
+                                          {"scan_points", 0},
+                                          {"blind_differential_share", 0.2}};
   for (const bool gradient : {true, false}) {
     expect_knobs<BfoaPlusOptions>(
         [&](const BfoaPlusOptions& options) {
@@ -579,9 +586,11 @@ TEST(BfoaPlus, EveryKnobTurnsSomething) {
           return minimise<BfoaPlus>(waves, evaluations(3000), options, std::int64_t{3000});
         },
         values,
-        gradient ? std::set<std::string>{"blind_foraging_share", "blind_cells", "patience"}
+        gradient ? std::set<std::string>{"blind_foraging_share", "blind_cells",
+                                         "blind_differential_share", "scan_points", "patience"}
                  : std::set<std::string>{"foraging_share", "cells", "colonies", "finishers",
-                                         "restart_points", "patience", "evaluations_per_cell"});
+                                         "differential_share", "restart_points", "patience",
+                                         "evaluations_per_cell"});
     values.erase("foraging_share");
     values.erase("cells");
     values.erase("restart_points");

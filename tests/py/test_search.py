@@ -283,10 +283,10 @@ KNOBS = {
     "bfoa+": {
         "blind_cells": (30, {}),
         "first_points": (30, {}),
-        "differential_share": (0.2, {}),
+        "blind_differential_share": (0.2, {}),
         "step": (0.3, {}),
         "blind_foraging_share": (0.5, {}),
-        "finishers": (1, {"blind_foraging_share": 0.3}),
+        "scan_points": (0, {}),
     },
 }
 
@@ -311,6 +311,8 @@ WITH_GRADIENTS = {
     "cells": 30,
     "evaluations_per_cell": 400,
     "colonies": 2,
+    "differential_share": 0.2,
+    "finishers": 1,
     "restart_points": 0,
     "patience": 0,
 }
@@ -332,6 +334,22 @@ def test_some_options_are_for_costs_with_gradients(name):
 @pytest.mark.parametrize("method", METHODS)
 def test_defaults_are_the_defaults(method):
     same(search(method=method), search(method=method, options=_core.default_options(method)))
+
+
+@pytest.mark.parametrize("shift_seed", [99, 5])
+def test_every_seed_finds_the_deepest_of_many_pits(shift_seed):
+    """Rastrigin's function, 11 dimensions, off the centre: a pit at each whole number."""
+    shift = np.random.default_rng(shift_seed).uniform(-0.3, 0.3, 11) * 5.12
+
+    def rastrigin(points):
+        z = points - shift
+        return (z**2 - 10 * np.cos(2 * np.pi * z) + 10).sum(1)
+
+    box = np.tile([-5.12, 5.12], (11, 1))
+    for seed in range(1, 26):
+        found = nfopidn.bfoa(rastrigin, box, rng=seed, maxfev=10_000, vectorized=True)
+        assert found.fun < 1e-9, seed
+        np.testing.assert_allclose(found.x, shift, atol=1e-6)
 
 
 # Costs

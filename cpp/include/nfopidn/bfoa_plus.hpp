@@ -7,7 +7,9 @@
 // colony, with a reach and a share of coordinates learnt from what succeeded. Colonies do not see
 // each other, so that they end in different valleys. A cell never moves to a worse place. A
 // quasi-Newton descent finishes from the best cells, then from new places, or where a good one was
-// given from jumps away from the best point.
+// given from jumps away from the best point. Without gradients tumbles along differences prevail,
+// one cell is descended from, and the rest looks along each coordinate, over the whole of the box,
+// for other pits: where the coordinates act apart from each other, that is where they are.
 #pragma once
 
 #include "nfopidn/bfoa_plus_options.hpp"
@@ -22,6 +24,8 @@ class BfoaPlus {
       : search_(search), options_(options), budget_(budget) {}
 
   void run() {
+    differential_share_ = search_.objective().has_gradient() ? options_.differential_share
+                                                             : options_.blind_differential_share;
     first_cells();
     const double share = search_.objective().has_gradient() ? options_.foraging_share
                                                             : options_.blind_foraging_share;
@@ -96,7 +100,7 @@ class BfoaPlus {
       if (swimming_[static_cast<std::size_t>(k)] != 0) {
         move = Move::swim;
         places_.col(k) = clip_to_box(cells_.col(k) + headings_.col(k));
-      } else if (uniform() < options_.differential_share) {
+      } else if (uniform() < differential_share_) {
         move = Move::differential;
         differential(k, reaches_(k), shares_(k), places_.col(k).data());
       } else {
@@ -208,9 +212,11 @@ class BfoaPlus {
     // A descent along a narrow valley takes some two hundred evaluations a coordinate.
     share_of_descent_ = std::max<std::int64_t>(search_.left() * 2 / 5, 200 * search_.dimension());
     std::vector<Eigen::Index> used;
+    // Differences cost 2 p evaluations a step: the rest is better spent on looking for other pits.
+    const int wanted = search_.objective().has_gradient() ? options_.finishers : 1;
     double best = std::numeric_limits<double>::infinity();
     for (const Eigen::Index k : ranking(costs_)) {
-      if (static_cast<int>(used.size()) >= options_.finishers || search_.done()) break;
+      if (static_cast<int>(used.size()) >= wanted || search_.done()) break;
       bool near = false;
       for (const Eigen::Index other : used) {
         near = near || norm(cells_.col(k) - cells_.col(other)) < apart;
@@ -220,6 +226,7 @@ class BfoaPlus {
       descent_.forget();
       best = std::min(best, descend(k, cells_.col(k), best, 1, 0));
     }
+    if (!search_.objective().has_gradient()) look_for_pits();
     while (search_.left() > 0 && !search_.done()) {
       // From 0.3 of the box down to 0.01 of it, in proportion as likely: their size hardly matters.
       const double size =
@@ -228,6 +235,38 @@ class BfoaPlus {
       descend(ranking(costs_).back(), from, search_.result.cost, 2, size);
       if (search_.left() < 2 * search_.dimension()) use_up();
     }
+  }
+
+  // Looks along the coordinates and descends from where that leads, for as long as it leads on.
+  void look_for_pits() {
+    while (search_.left() > 0 && !search_.done()) {
+      Point point = search_.box().to_unit(search_.result.x);
+      if (!scan(point)) return;
+      descent_.forget();
+      descend(ranking(costs_).back(), point, search_.result.cost, 2, 1.0 / options_.scan_points);
+    }
+  }
+
+  // Moves a point, along one coordinate after the other, to the best of points spread evenly over
+  // the box, each anywhere in its part. False if it stays where it is.
+  bool scan(Point& point) {
+    const std::int64_t affordable = search_.left() / point.size();
+    const std::int64_t count = std::min<std::int64_t>(options_.scan_points, affordable);
+    bool moved = false;
+    double cost = search_.result.cost;
+    for (Eigen::Index i = 0; count > 0 && i < point.size() && !search_.done(); ++i) {
+      Points along = point.replicate(1, count);
+      for (Eigen::Index k = 0; k < count; ++k) {
+        along(i, k) = (static_cast<double>(k) + uniform()) / static_cast<double>(count);
+      }
+      Eigen::Index best = 0;
+      const double least = search_.evaluate(along).minCoeff(&best);
+      if (!(least < cost)) continue;
+      cost = least;
+      point = along.col(best);
+      moved = true;
+    }
+    return moved;
   }
 
   // Whether other valleys are looked for: not where a start is known to be good, nor without
@@ -291,6 +330,7 @@ class BfoaPlus {
   Search& search_;
   BfoaPlusOptions options_;
   std::int64_t budget_;
+  double differential_share_ = 0;
   QuasiNewton descent_{search_};
   DescentWatch watch_{options_.patience};
   std::int64_t share_of_descent_ = 0;

@@ -20,7 +20,7 @@ namespace nfopidn {
 
 // Raised whenever a seed comes to lead a search elsewhere: a checkpoint's answers are to the
 // questions of its own course.
-constexpr int search_course = 1;
+constexpr int search_course = 2;
 
 // A row a chemotactic step.
 struct HistoryRow {
