@@ -28,7 +28,8 @@ constexpr Range tap_range = between(-1e6, 1e6);
 // What is wrong with settings as a whole, each being in range: memory beyond that of taps runs as
 // modes, which only some orders have.
 inline Finding check_consistency(const ControllerDesign& design) {
-  if (!design.memory.is_long()) return {};
+  const Finding tracking = check_tracking_law<double>(design);
+  if (tracking.status != Status::ok || !design.memory.is_long()) return tracking;
   for (int channel = 0; channel < channel_count; ++channel) {
     const double alpha = design.alpha[channel];
     const double sigma = design.sigma[channel];

@@ -1,0 +1,105 @@
+// The tracking law: costs of an independent implementation, and its equations one by one.
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "nfopidn/simulate.hpp"
+#include "support.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+ControllerDesign tracking_controller(const nlohmann::json& p) {
+  ControllerDesign design;
+  for (auto& row : design.gains) std::fill(std::begin(row), std::end(row), 0.0);
+  design.gains[0][0] = p.at("kp_x");
+  design.gains[1][0] = p.at("kp_y");
+  design.gains[2][0] = p.at("kp_theta");
+  design.allocation = Allocation<double>::decoupled();
+  design.lateral = Lateral::scheduled;
+  design.net = Net::speed_errors;
+  design.speed_gain_x = p.at("kd_x");
+  design.speed_gain_theta = p.at("kd_theta");
+  design.speed_order_x = p.at("alpha_x");
+  design.speed_order_theta = p.at("alpha_theta");
+  design.amplitude_x = p.at("amplitude_x");
+  design.amplitude_y = p.at("amplitude_y");
+  design.amplitude_theta = p.at("amplitude_theta");
+  design.pole_x = p.value("pole_x", 0.0);
+  design.pole_theta = p.value("pole_theta", 0.0);
+  design.integral_x = p.at("integral_x");
+  design.integral_y = p.at("integral_y");
+  design.integral_theta = p.at("integral_theta");
+  design.integral_retention = p.at("leak");
+  design.integral_limit = p.at("integral_limit");
+  design.lateral_speed = p.at("lateral_speed");
+  design.lateral_power = p.at("lateral_power");
+  return design;
+}
+
+Scenario on_path(const std::string& path, bool fast) {
+  TrajectorySettings settings;
+  const auto set = [&](Curve curve, double period) {
+    settings.name = curve;
+    settings.period = period;
+  };
+  if (path == "ran" || path == "ranc") set(Curve::ranunculoid, 150);
+  if (path == "five") set(Curve::ranunculoid, 240);
+  if (path == "circle") set(Curve::circle, 45);
+  if (path == "lemn") set(Curve::lemniscate, 45);
+  if (path == "eight") set(Curve::eight, 60);
+  if (path == "sine") set(Curve::sine, 30);
+  if (path == "square") set(Curve::rounded_square, 60);
+  if (path == "line") set(Curve::line, 20);
+  if (path == "five") settings.cusps = 5;
+  if (path == "ranc") settings.heading = HeadingChoice::continuous;
+  if (fast) settings.period /= 3;
+  Scenario scenario;
+  make_trajectory(settings, scenario.trajectory);
+  const Trajectory& t = scenario.trajectory;
+  scenario.initial_pose = {t.x(0), t.y(0) + 0.3, t.theta(0)};
+  return scenario;
+}
+
+Scenario golden_scenario(const std::string& name) {
+  const std::size_t slash = name.find('/');
+  std::string path = name.substr(2, slash - 2);
+  const std::string condition = name.substr(slash + 1);
+  Scenario scenario;
+  if (name[0] == 'R') {
+    TrajectorySettings settings;
+    if (path != "P") settings.heading = HeadingChoice::continuous;
+    if (path == "F") settings.period = 50;
+    make_trajectory(settings, scenario.trajectory);
+    scenario.initial_pose = {4.0, 0.0, 1.0472};
+  } else {
+    const std::size_t fast = path.find("-fast");
+    scenario = on_path(path.substr(0, fast), fast != std::string::npos);
+  }
+  if (condition == "sub4") scenario.substeps = 4;
+  if (condition == "m+20") scenario.robot.mass = 13.8;
+  if (condition == "m-20") scenario.robot.mass = 9.2;
+  if (condition == "I.294") scenario.robot.inertia = 0.294;
+  if (condition == "L.39") scenario.robot.track_width = 0.39;
+  if (condition == "delay") scenario.delay = 1;
+  return scenario;
+}
+
+TEST(TrackingLaw, HasTheCostsOfAnIndependentImplementation) {
+  const auto golden =
+      nlohmann::json::parse(std::ifstream(std::string(NFOPIDN_GOLDEN) + "/tracking_costs.json"));
+  int cases = 0;
+  for (const auto& [set, costs] : golden.at("costs").items()) {
+    const ControllerDesign design = tracking_controller(golden.at("parameters").at(set));
+    for (const auto& [name, cost] : costs.items()) {
+      const Scenario scenario = golden_scenario(name);
+      const double expected = cost;
+      EXPECT_NEAR(simulate(scenario, design).metrics.cost / expected, 1.0, 1e-8)
+          << set << " " << name;
+      ++cases;
+    }
+  }
+  EXPECT_EQ(cases, 228);
+}
+
+}  // namespace
+}  // namespace nfopidn::test
