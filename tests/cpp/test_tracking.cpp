@@ -2,7 +2,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/tune.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {
@@ -99,6 +99,43 @@ TEST(TrackingLaw, HasTheCostsOfAnIndependentImplementation) {
     }
   }
   EXPECT_EQ(cases, 228);
+}
+
+// Lanes and dual numbers run the same law: costs as simulate()'s, slopes as differences of costs.
+TEST(TrackingLaw, IsTheSameInLanesAndInDualNumbers) {
+  const auto golden =
+      nlohmann::json::parse(std::ifstream(std::string(NFOPIDN_GOLDEN) + "/tracking_costs.json"));
+  const ControllerDesign design = tracking_controller(golden.at("parameters").at("recommended"));
+  for (const char* name : {"R:P/nom", "R:F/delay", "G:sine/nom"}) {
+    Scenario scenario = golden_scenario(name);
+    for (const double noise : {0.0, 0.005}) {
+      scenario.pose_noise = {noise, noise};
+      Structure structure = named_structure(StructureName::tracking);
+      std::vector<double> x = parameters_of(structure.parameters, design);
+      ASSERT_EQ(x.size(), 19U);
+      const int count = static_cast<int>(x.size());
+      TuneObjective objective({&scenario}, structure, FreeParameters::all(x.size()), count, 1, 1);
+      const Point point = Eigen::Map<const Point>(x.data(), count);
+      const double cost = simulate(scenario, design).metrics.cost;
+      Points around = point.replicate(1, 2 * count + 1);
+      for (Eigen::Index i = 0; i < count; ++i) {
+        const double step = 1e-6 * std::max(0.01, std::fabs(point(i)));
+        around(i, 2 * i) += step;
+        around(i, 2 * i + 1) -= step;
+      }
+      Eigen::VectorXd costs(around.cols());
+      objective.costs(around, costs.data());
+      EXPECT_NEAR(costs(2 * count) / cost, 1, 1e-11) << name << " " << noise;
+      Eigen::VectorXd slopes(count);
+      EXPECT_NEAR(objective.gradient(point, slopes.data()) / cost, 1, 1e-11) << name;
+      for (Eigen::Index i = 0; i < count; ++i) {
+        const double width = around(i, 2 * i) - around(i, 2 * i + 1);
+        const double difference = (costs(2 * i) - costs(2 * i + 1)) / width;
+        EXPECT_NEAR(slopes(i), difference, 1e-5 * std::fabs(difference) + 1e-6)
+            << name << " parameter " << i;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -206,13 +206,11 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
     const LawParameters<Base> law =
         fuse_law<Base>(settings, settings.gains[0], settings.alpha, settings.sigma,
                        tracking_gains<Base>(settings), taps, work);
-    LawParameters<Scalar> own;
-    Scalar* to[LawParameters<Scalar>::count] = {};
-    int place = 0;
-    LawParameters<Scalar>::each(own, [&](Scalar& parameter) { to[place++] = &parameter; });
-    place = 0;
-    LawParameters<Base>::each(law, [&](const Base& value) { *to[place++] = Scalar(value); });
-    set_law(taps, settings.memory + 2, own);
+    Base numbers[LawParameters<Base>::count] = {};
+    Base* next = numbers;
+    LawParameters<Base>::each(law, [&](const Base& number) { *next++ = number; });
+    set_law(taps, settings.memory + 2,
+            law_parameters_from<Scalar>(numbers, [](Base number) { return Scalar(number); }));
   }
 
   // What the filters are fed.
