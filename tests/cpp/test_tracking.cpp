@@ -2,6 +2,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "nfopidn/design/floquet.hpp"
 #include "nfopidn/tune.hpp"
 #include "support.hpp"
 
@@ -136,6 +137,68 @@ TEST(TrackingLaw, IsTheSameInLanesAndInDualNumbers) {
       }
     }
   }
+}
+
+// The loop as a map, from the state that a run has after its first sample.
+TEST(TrackingLaw, RunsAsAMapAsTheSimulationDoes) {
+  const auto golden =
+      nlohmann::json::parse(std::ifstream(std::string(NFOPIDN_GOLDEN) + "/tracking_costs.json"));
+  const ControllerDesign design = tracking_controller(golden.at("parameters").at("recommended"));
+  Scenario scenario = golden_scenario("R:C/delay");
+  const RunTable table = simulate(scenario, design).table;
+  const PreparedRun run = prepare(scenario);
+  const PeriodicReference reference = {run.reference, 300, 1};
+  StepMap<double> map(run, design, reference);
+  // At rest before the first sample: the last pose was this one, and no speed error is remembered.
+  // The reference's motion is then the whole error of the second sample.
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(map.size()), next(map.size());
+  const auto error_of = [&](int k) {
+    const double c = std::cos(table(k, column_e_theta));
+    const double s = std::sin(table(k, column_e_theta));
+    return std::array<double, 3>{c * table(k, column_e_x) + s * table(k, column_e_y),
+                                 c * table(k, column_e_y) - s * table(k, column_e_x),
+                                 table(k, column_e_theta)};
+  };
+  for (int i = 0; i < 3; ++i) {
+    z(i) = z(map.states().tracking() + i) = error_of(0)[static_cast<std::size_t>(i)];
+  }
+  for (int k = 0; k < reference.period; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      ASSERT_NEAR(z(i), error_of(k)[static_cast<std::size_t>(i)], 1e-9) << k << ", " << i;
+    }
+    map.advance(k, z.data(), next.data());
+    z = next;
+  }
+}
+
+// The largest multiplier of a stable loop tells how fast a run comes back to its path.
+TEST(TrackingLaw, IsStableOnItsCircleWithTheDecayThatASimulationHas) {
+  const auto golden =
+      nlohmann::json::parse(std::ifstream(std::string(NFOPIDN_GOLDEN) + "/tracking_costs.json"));
+  const ControllerDesign design = tracking_controller(golden.at("parameters").at("recommended"));
+  Scenario scenario;
+  TrajectorySettings settings;
+  settings.name = Curve::circle;
+  settings.period = 45;
+  settings.laps = 40;
+  make_trajectory(settings, scenario.trajectory);
+  LoopStability found;
+  ASSERT_EQ(analyse_loop(scenario, design, found).message, "");
+  ASSERT_TRUE(found.orbit.found);
+  ASSERT_EQ(found.reference.period, 1);
+  const double radius = std::exp(found.log_radius);
+  EXPECT_LT(radius, 1);
+  const Trajectory& t = scenario.trajectory;
+  scenario.initial_pose = {t.x(0) + 0.01, t.y(0), t.theta(0)};
+  scenario.initial_velocity.reference = true;
+  const RunTable off = simulate(scenario, design).table;
+  scenario.initial_pose = {t.x(0), t.y(0), t.theta(0)};
+  const RunTable on = simulate(scenario, design).table;
+  const auto apart = [&](int k) {
+    return std::hypot(off(k, column_x) - on(k, column_x), off(k, column_y) - on(k, column_y));
+  };
+  const int early = 300, late = 800;
+  EXPECT_NEAR(std::pow(apart(late) / apart(early), 1.0 / (late - early)), radius, 1e-4);
 }
 
 }  // namespace

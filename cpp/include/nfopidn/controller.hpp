@@ -124,6 +124,9 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
   template <class Tap>
   constexpr void set_law(const Tap* taps, int count, const LawParameters<Scalar>& law) noexcept {
     set_taps(taps, taps + count, taps + 2 * count, count);
+    set_parameters(law);
+  }
+  constexpr void set_parameters(const LawParameters<Scalar>& law) noexcept {
     this->parameters = law;
     this->parameters.proportional_x = law.proportional_x * M::net_scale;
     this->parameters.proportional_theta = law.proportional_theta * M::net_scale;
@@ -137,7 +140,7 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
     feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
     if constexpr (Structure::has_tracking_law) {
       this->speed_errors.reset(false);
-      this->drive_and_steering.reset();
+      this->drive_and_steering = {};
     }
   }
 
@@ -196,6 +199,9 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
   // The law's memory besides its taps, to be read or put elsewhere between two steps.
   constexpr Filter& filter() noexcept { return filter_; }
   constexpr void set_feedback(const TorquePair<Scalar>& feedback) noexcept { feedback_ = feedback; }
+  constexpr detail::TrackingMemory<Scalar, Variant::has_tracking_law>& tracking_memory() noexcept {
+    return *this;
+  }
 
  private:
   using M = math<Scalar>;

@@ -221,6 +221,16 @@ void parameters_to_law(const Structure& structure, const std::vector<Number>& x,
   }
 }
 
+// The parameters of the law that a design stands for, besides its taps.
+template <class Scalar>
+LawParameters<Scalar> law_parameters(const ControllerDesign& design) {
+  LawNumbers<Scalar> law = law_numbers<Scalar>(design);
+  const auto count = static_cast<std::size_t>(design.memory + 2);
+  std::vector<Scalar> taps(channel_count * count), work(count);
+  return fuse_law<Scalar>(static_cast<const ControllerSettings<double>&>(design), law.gains,
+                          law.alpha, law.sigma, law.tracking, taps.data(), work.data());
+}
+
 // The controller that a structure's parameters stand for.
 inline ControllerDesign design_of(const Structure& structure, const std::vector<double>& x) {
   ControllerDesign design(structure.settings);
@@ -250,6 +260,7 @@ inline std::vector<double> parameters_of(ParameterSet parameters, const Controll
     std::vector<double> taps(
         static_cast<std::size_t>(law_size(fused.settings, design.memory + 2)));
     parameters_to_law(fused, parameters_of(fused.parameters, design), taps.data());
+    taps.resize(static_cast<std::size_t>(channel_count * (design.memory + 2)));
     return taps;
   }
   std::vector<double> x;

@@ -25,6 +25,13 @@ class SpeedErrors {
   // A sample without a measurement: the next motion is that of one sample more.
   constexpr void miss() { ++intervals_; }
 
+  // The last measured pose, to be read or put elsewhere between two steps.
+  constexpr const Channels<Scalar>& last_pose() const { return last_; }
+  constexpr void set_last_pose(const Channels<Scalar>& pose) {
+    last_ = pose;
+    first_ = false;
+  }
+
   // n of the channels x [m] and theta [rad]; y is 0. The errors are those of the pose, in the
   // world's frame; `heading` is the robot's.
   NFOPIDN_INLINE constexpr Channels<Scalar> step(const Channels<Scalar>& world_error,
@@ -64,27 +71,29 @@ class SpeedErrors {
 
 // Drive D and steering R after the pole, and the integral states beside the neurons.
 template <class Scalar>
-class DriveAndSteering {
- public:
+struct DriveAndSteering {
   using Base = base_t<Scalar>;
   using M = math<Scalar>;
 
-  constexpr void reset() { *this = DriveAndSteering(); }
+  Scalar drive = Scalar(Base(0));              // D [N m]
+  Scalar steering = Scalar(Base(0));           // R [N m]
+  Scalar drive_integral = Scalar(Base(0));     // z_x [N m]
+  Scalar steering_integral = Scalar(Base(0));  // z_s [N m]
 
-  // The neurons' outputs and the errors that the integral states sum, y as its neuron is fed it.
+  // The feedback torques, of the neurons' outputs and the errors that the integral states sum, y as
+  // its neuron is fed it.
   NFOPIDN_INLINE constexpr TorquePair<Scalar> step(const Channels<Scalar>& output,
                                                    const Channels<Scalar>& error,
                                                    const LawParameters<Scalar>& law) {
-    drive_ = output.x - law.pole_x * drive_;
-    steering_ = (output.y + output.theta) - law.pole_theta * steering_;
-    drive_integral_ =
-        clip(law.integral_retention * drive_integral_ + law.integral_x * error.x, law);
-    steering_integral_ = clip(law.integral_retention * steering_integral_ +
-                                  (law.integral_y * error.y + law.integral_theta * error.theta),
-                              law);
-    const Scalar drive = drive_ + drive_integral_;
-    const Scalar steering = steering_ + steering_integral_;
-    return {drive + steering, drive - steering};
+    drive = output.x - law.pole_x * drive;
+    steering = (output.y + output.theta) - law.pole_theta * steering;
+    drive_integral = clip(law.integral_retention * drive_integral + law.integral_x * error.x, law);
+    steering_integral = clip(law.integral_retention * steering_integral +
+                                 (law.integral_y * error.y + law.integral_theta * error.theta),
+                             law);
+    const Scalar both = drive + drive_integral;
+    const Scalar difference = steering + steering_integral;
+    return {both + difference, both - difference};
   }
 
  private:
@@ -92,11 +101,6 @@ class DriveAndSteering {
                                               const LawParameters<Scalar>& law) {
     return M::maximum(M::minimum(value, law.integral_limit), law.integral_limit * Base(-1));
   }
-
-  Scalar drive_ = Scalar(Base(0));
-  Scalar steering_ = Scalar(Base(0));
-  Scalar drive_integral_ = Scalar(Base(0));
-  Scalar steering_integral_ = Scalar(Base(0));
 };
 
 // V_r (V_r^2 + v0^2)^(-p/2), by which the lateral error is multiplied.
