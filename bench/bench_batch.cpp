@@ -20,7 +20,7 @@ std::vector<double> tracking_taps(const Structure& structure) {
   for (std::size_t i = 0; i < candidates; ++i) {
     std::vector<double> own = x;
     for (double& number : own) number *= 0.9 + 0.2 * random.uniform();
-    parameters_to_taps(structure, own, taps.data() + i * size);
+    parameters_to_law(structure, own, taps.data() + i * size);
   }
   return taps;
 }
@@ -42,7 +42,7 @@ void lanes(benchmark::State& state, InstructionSet set) {
   const std::vector<double> taps = tracking_taps(structure);
   std::vector<double> costs(candidates);
   for (auto _ : state) {
-    evaluator.costs_of_taps(taps.data(), candidates, costs.data());
+    evaluator.costs_of_laws(taps.data(), candidates, costs.data());
     benchmark::DoNotOptimize(costs.data());
   }
   per_step(state, static_cast<double>(scenario.trajectory.size()) * candidates);

@@ -29,7 +29,8 @@ _Allocation: TypeAlias = Literal["paper", "decoupled"]
 _Activation: TypeAlias = Literal["sigmoid", "linear"]
 _Frame: TypeAlias = Literal["robot", "world"]
 _Generator: TypeAlias = Literal["tustin", "gl"]
-_Lateral: TypeAlias = Literal["plain", "direction", "speed"]
+_Lateral: TypeAlias = Literal["plain", "direction", "speed", "scheduled"]
+_Net: TypeAlias = Literal["increment", "whole", "speed-errors"]
 _AntiWindup: TypeAlias = Literal["none", "hold", "clamp"]
 
 class _RobotChanges(TypedDict, total=False):
@@ -72,6 +73,23 @@ class _TapsStructure(TypedDict, total=False):
     lateral: _Lateral
     anti_windup: _AntiWindup
     speed_scale: float
+    net: _Net
+    speed_gain_x: float
+    speed_gain_theta: float
+    speed_order_x: float
+    speed_order_theta: float
+    amplitude_x: float
+    amplitude_y: float
+    amplitude_theta: float
+    pole_x: float
+    pole_theta: float
+    integral_x: float
+    integral_y: float
+    integral_theta: float
+    integral_retention: float
+    integral_limit: float
+    lateral_speed: float
+    lateral_power: float
 
 class _Law(_TapsStructure, total=False):
     generator: _Generator
@@ -311,6 +329,23 @@ class Controller:
         lateral: _Lateral = "direction",
         anti_windup: _AntiWindup = "none",
         speed_scale: float = 0.0,
+        net: _Net = "increment",
+        speed_gain_x: float = 0.0,
+        speed_gain_theta: float = 0.0,
+        speed_order_x: float = 1.0,
+        speed_order_theta: float = 1.0,
+        amplitude_x: float = 1.0,
+        amplitude_y: float = 1.0,
+        amplitude_theta: float = 1.0,
+        pole_x: float = 0.0,
+        pole_theta: float = 0.0,
+        integral_x: float = 0.0,
+        integral_y: float = 0.0,
+        integral_theta: float = 0.0,
+        integral_retention: float = 1.0,
+        integral_limit: float = 1.0,
+        lateral_speed: float = 0.25,
+        lateral_power: float = 1.5,
     ) -> None: ...
     @staticmethod
     def published(
@@ -363,6 +398,40 @@ class Controller:
     def anti_windup(self) -> _AntiWindup: ...
     @property
     def speed_scale(self) -> float: ...
+    @property
+    def net(self) -> _Net: ...
+    @property
+    def speed_gain_x(self) -> float: ...
+    @property
+    def speed_gain_theta(self) -> float: ...
+    @property
+    def speed_order_x(self) -> float: ...
+    @property
+    def speed_order_theta(self) -> float: ...
+    @property
+    def amplitude_x(self) -> float: ...
+    @property
+    def amplitude_y(self) -> float: ...
+    @property
+    def amplitude_theta(self) -> float: ...
+    @property
+    def pole_x(self) -> float: ...
+    @property
+    def pole_theta(self) -> float: ...
+    @property
+    def integral_x(self) -> float: ...
+    @property
+    def integral_y(self) -> float: ...
+    @property
+    def integral_theta(self) -> float: ...
+    @property
+    def integral_retention(self) -> float: ...
+    @property
+    def integral_limit(self) -> float: ...
+    @property
+    def lateral_speed(self) -> float: ...
+    @property
+    def lateral_power(self) -> float: ...
     @property
     def taps(self) -> _Array: ...
     def step(

@@ -46,7 +46,7 @@ void expect_equal_costs(const Scenario& scenario, const ControllerSettings<doubl
     if (batch_kernels(instructions).costs == nullptr) continue;
     evaluator.set_instruction_set(instructions);
     std::vector<double> costs(static_cast<std::size_t>(count));
-    evaluator.costs_of_taps(candidates.taps.data(), count, costs.data());
+    evaluator.costs_of_laws(candidates.taps.data(), count, costs.data());
     for (std::size_t i = 0; i < costs.size(); ++i) {
       const double tolerance = reference[i] < 0.1 ? 1e-12 : 1e-6;
       EXPECT_NEAR(costs[i], reference[i], tolerance * reference[i]) << what << " " << i;
@@ -122,7 +122,7 @@ TEST(Batch, RunsTheExactIntegratorOneByOne) {
   const Candidates candidates = make_candidates({}, 5, 0.1);
   const BatchEvaluator evaluator(prepare(scenario), {});
   std::vector<double> costs(5);
-  evaluator.costs_of_taps(candidates.taps.data(), 5, costs.data());
+  evaluator.costs_of_laws(candidates.taps.data(), 5, costs.data());
   for (std::size_t i = 0; i < costs.size(); ++i) {
     EXPECT_EQ(costs[i], evaluate(evaluator.run(), candidates.settings[i]));
   }
@@ -138,7 +138,7 @@ void expect_gradient(const Scenario& scenario, const ControllerSettings<double>&
   double slopes[size];
   const double cost = evaluator.gradient(candidates.taps.data(), directions.data(), size, slopes);
   double alone = 0;
-  evaluator.costs_of_taps(candidates.taps.data(), 1, &alone);
+  evaluator.costs_of_laws(candidates.taps.data(), 1, &alone);
   EXPECT_NEAR(cost, alone, 1e-12 * alone) << what;
   for (const int few : {1, 4, 6, 8, 12, 16, 17}) {
     double again[size];
@@ -152,7 +152,7 @@ void expect_gradient(const Scenario& scenario, const ControllerSettings<double>&
     for (int side = 0; side < 2; ++side) {
       around[static_cast<std::size_t>(i)] =
           candidates.taps[static_cast<std::size_t>(i)] + (side == 0 ? width : -width);
-      evaluator.costs_of_taps(around.data(), 1, &ends[side]);
+      evaluator.costs_of_laws(around.data(), 1, &ends[side]);
     }
     const double difference = (ends[0] - ends[1]) / (2 * width);
     EXPECT_NEAR(slopes[i], difference, 1e-6 * std::max(1.0, std::fabs(difference))) << what << i;
@@ -187,7 +187,7 @@ void expect_bounds_kept(const Scenario& scenario, const ControllerSettings<doubl
   const Candidates candidates = make_candidates(structure, count, 0.3);
   BatchEvaluator evaluator(prepare(scenario), structure);
   std::vector<double> exact(static_cast<std::size_t>(count)), bounds = exact;
-  evaluator.costs_of_taps(candidates.taps.data(), count, exact.data());
+  evaluator.costs_of_laws(candidates.taps.data(), count, exact.data());
   for (std::size_t i = 0; i < exact.size(); ++i) {
     constexpr double shares[] = {1.0, 0.99, 1.01, 0.01};
     bounds[i] = shares[i % 4] * exact[i];
@@ -198,7 +198,7 @@ void expect_bounds_kept(const Scenario& scenario, const ControllerSettings<doubl
     if (batch_kernels(instructions).costs == nullptr) continue;
     evaluator.set_instruction_set(instructions);
     std::vector<double> costs(exact.size());
-    evaluator.costs_of_taps(candidates.taps.data(), count, costs.data(), bounds.data());
+    evaluator.costs_of_laws(candidates.taps.data(), count, costs.data(), bounds.data());
     int given_up = 0;
     for (std::size_t i = 0; i < costs.size(); ++i) {
       if (i % 2 == 0) {

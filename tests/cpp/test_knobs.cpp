@@ -34,6 +34,49 @@ auto each_number(int count, Numbers numbers, double change) {
   return turns;
 }
 
+// The tracking law with every part of it in action.
+void track(Settings& s) {
+  s = steady_settings(Form::positional);
+  for (auto& row : s.gains) std::fill(std::begin(row), std::end(row), 0.0);
+  s.gains[0][0] = 2;
+  s.gains[1][0] = 0.3;
+  s.gains[2][0] = 0.9;
+  s.allocation = Allocation<double>::decoupled();
+  s.net = Net::speed_errors;
+  s.lateral = Lateral::scheduled;
+  s.speed_gain_x = 9;
+  s.speed_gain_theta = 2;
+  s.integral_x = 0.05;
+  s.integral_theta = 0.01;
+  s.integral_retention = 0.99;
+  s.integral_limit = 0.05;
+}
+
+void add_tracking_knobs(Knobs<Settings>& knobs) {
+  const auto add = [&](const char* name, double Settings::*member, double change) {
+    knobs[name].turns = {[=](Settings& s) { s.*member += change; },
+                         [=](Settings& s) { s.*member += 2 * change; }};
+    knobs[name].given = track;
+  };
+  knobs["net"].turns = all_choices(&Settings::net);
+  add("speed_gain_x", &Settings::speed_gain_x, 0.5);
+  add("speed_gain_theta", &Settings::speed_gain_theta, 0.2);
+  add("speed_order_x", &Settings::speed_order_x, 0.1);
+  add("speed_order_theta", &Settings::speed_order_theta, 0.1);
+  add("amplitude_x", &Settings::amplitude_x, 0.2);
+  add("amplitude_y", &Settings::amplitude_y, -0.4);
+  add("amplitude_theta", &Settings::amplitude_theta, 0.2);
+  add("pole_x", &Settings::pole_x, 0.1);
+  add("pole_theta", &Settings::pole_theta, 0.1);
+  add("integral_x", &Settings::integral_x, 0.02);
+  add("integral_y", &Settings::integral_y, 0.02);
+  add("integral_theta", &Settings::integral_theta, 0.02);
+  add("integral_retention", &Settings::integral_retention, -0.05);
+  add("integral_limit", &Settings::integral_limit, -0.02);
+  add("lateral_speed", &Settings::lateral_speed, 0.1);
+  add("lateral_power", &Settings::lateral_power, 0.2);
+}
+
 Knobs<Settings> controller_knobs() {
   Knobs<Settings> knobs;
   knobs["gains"].turns = each_number(
@@ -56,6 +99,7 @@ Knobs<Settings> controller_knobs() {
   knobs["speed_scale"].given = [](Settings& s) { s.lateral = Lateral::speed; };
   knobs["anti_windup"].turns = all_choices(&Settings::anti_windup);
   knobs["anti_windup"].given = [](Settings& s) { s = steady_settings(Form::incremental); };
+  add_tracking_knobs(knobs);
   return knobs;
 }
 

@@ -134,7 +134,8 @@ structures = {
     "activation": any_of("sigmoid", "linear"),
     "frame": any_of("robot", "world"),
     "generator": any_of("tustin", "gl"),
-    "lateral": any_of("plain", "direction", "speed"),
+    "lateral": any_of("plain", "direction", "speed", "scheduled"),
+    "net": any_of("increment", "whole"),
     "speed_scale": st.just(0.0) | logarithmic(1e-6, 1e6),
     "anti_windup": any_of("none", "hold", "clamp"),
 }

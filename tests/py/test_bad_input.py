@@ -25,6 +25,8 @@ NUMBERS = [
     (controller, "alpha", -2, 2, "in [-2, 2]"),
     (controller, "sigma", -2, 2, "in [-2, 2]"),
     (controller, "speed_scale", 0, 1e6, "in [0, 1e+06] m/s"),
+    (controller, "amplitude_x", 1e-6, 1e6, "in [1e-06, 1e+06] N m"),
+    (controller, "lateral_power", -10, 10, "in [-10, 10]"),
 ]
 WHOLE_NUMBERS = [
     (Trajectory.ranunculoid, "cusps", 1, 50, "in [1, 50]"),
@@ -55,8 +57,9 @@ CHOICES = [
     (controller, "activation", ["sigmoid", "linear"]),
     (controller, "frame", ["robot", "world"]),
     (controller, "generator", ["tustin", "gl"]),
-    (controller, "lateral", ["plain", "direction", "speed"]),
+    (controller, "lateral", ["plain", "direction", "speed", "scheduled"]),
     (controller, "anti_windup", ["none", "hold", "clamp"]),
+    (controller, "net", ["increment", "whole", "speed-errors"]),
     (controller, "allocation", ["paper", "decoupled"]),
 ]
 

@@ -198,6 +198,7 @@ def choices(message):
         ("_Generator", nfopidn.Controller.published, "generator"),
         ("_Lateral", nfopidn.Controller.published, "lateral"),
         ("_AntiWindup", nfopidn.Controller.published, "anti_windup"),
+        ("_Net", nfopidn.Controller.published, "net"),
     ],
 )
 def test_literals_are_the_choices(alias, call, name):

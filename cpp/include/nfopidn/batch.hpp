@@ -52,70 +52,94 @@ class BatchEvaluator {
   }
 
   int tap_count() const { return structure_.memory + 2; }
+  // Numbers of a candidate's law.
+  int law_size() const { return nfopidn::law_size(structure_, tap_count()); }
   const ControllerSettings<double>& structure() const { return structure_; }
   const PreparedRun& run() const { return run_; }
 
-  // taps: [candidates][3][tap_count], costs and bounds: [candidates]. A candidate that costs more
+  // laws: [candidates][law_size], costs and bounds: [candidates]. A candidate that costs more
   // than its bound is given some cost over it, mostly for less work.
-  void costs_of_taps(const double* taps, int candidates, double* costs,
+  void costs_of_laws(const double* laws, int candidates, double* costs,
                      const double* bounds = nullptr) const {
     if (kernels_.costs == nullptr) {
-      run_one_by_one(taps, candidates, costs, bounds);
+      run_one_by_one(laws, candidates, costs, bounds);
       return;
     }
     LoopInputs<double> inputs = run_.inputs();
     inputs.headings = headings_.data();
-    kernels_.costs(job(inputs, taps, candidates, costs, bounds));
+    kernels_.costs(job(inputs, laws, candidates, costs, bounds));
   }
 
-  // The cost of one candidate's taps, [3][tap_count], and its slopes in the directions in which
-  // the taps change by slopes, [directions][3][tap_count].
-  double gradient(const double* taps, const double* slopes, int directions, double* result) const {
+  // The cost of one candidate's law, [law_size], and its slopes in the directions in which its
+  // numbers change by slopes, [directions][law_size].
+  double gradient(const double* law, const double* slopes, int directions, double* result) const {
     double cost = 0;
     if (kernels_.gradient != nullptr) {
       const LoopInputs<double> inputs = run_.inputs();
-      kernels_.gradient({job(inputs, taps, 1, &cost, nullptr), slopes, directions, result});
+      kernels_.gradient({job(inputs, law, 1, &cost, nullptr), slopes, directions, result});
       return cost;
     }
     for (int i = 0; i < directions; ++i) {
-      const auto place = static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
-      cost = directional(taps, slopes + place, result[i]);
+      const auto place = static_cast<std::ptrdiff_t>(i) * law_size();
+      cost = directional(law, slopes + place, result[i]);
     }
     return cost;
   }
 
  private:
-  BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count, double* costs,
+  BatchJob job(const LoopInputs<double>& inputs, const double* laws, int count, double* costs,
                const double* bounds) const {
-    return {&run_.plant, &inputs,     &run_.start, &structure_, &run_.limits,
-            taps,        tap_count(), count,       costs,       bounds};
+    return {&run_.plant, &inputs,    &run_.start, &structure_, &run_.limits, laws,
+            tap_count(), law_size(), run_.scenario->initial_velocity.reference,
+            count,       costs,      bounds};
   }
 
-  double directional(const double* taps, const double* slopes, double& slope) const {
+  double directional(const double* numbers, const double* slopes, double& slope) const {
     using Scalar = Dual<double>;
-    std::vector<Scalar> own(static_cast<std::size_t>(channel_count * tap_count()));
-    for (std::size_t i = 0; i < own.size(); ++i) own[i] = {taps[i], slopes[i]};
-    auto law = std::make_unique<Controller<Scalar, Fir<Scalar, maximum_memory + 2>>>();
-    law->configure_structure(structure_, run_.limits);
-    const std::ptrdiff_t row = tap_count();
-    law->set_taps(own.data(), own.data() + row, own.data() + 2 * row, tap_count());
+    using Filter = Fir<Scalar, maximum_memory + 2>;
+    std::vector<Scalar> own(static_cast<std::size_t>(law_size()));
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = {numbers[i], slopes[i]};
+    if (structure_.needs_tracking_law()) {
+      auto law = std::make_unique<Controller<Scalar, Filter, TrackingStructure<double>>>();
+      return slope_of(*law, own.data(), slope);
+    }
+    auto law = std::make_unique<Controller<Scalar, Filter>>();
+    return slope_of(*law, own.data(), slope);
+  }
+
+  template <class Law, class Number>
+  void set_numbers(Law& law, const Number* numbers) const {
+    const int row = tap_count();
+    if constexpr (Law::Structure::has_tracking_law) {
+      law.set_law(numbers, row,
+                  law_parameters_from<Number>(numbers + channel_count * row,
+                                              [](const Number& number) { return number; }));
+    } else {
+      law.set_taps(numbers, numbers + row, numbers + 2 * row, row);
+    }
+  }
+
+  template <class Law>
+  double slope_of(Law& law, const Dual<double>* numbers, double& slope) const {
+    using Scalar = Dual<double>;
+    law.configure_structure(structure_, run_.limits);
+    set_numbers(law, numbers);
+    detail::restart(law, *run_.scenario);
     const State<double>& s = run_.start;
     const State<Scalar> start = {Scalar(s.x), Scalar(s.y), Scalar(s.theta), Scalar(s.v),
                                  Scalar(s.omega)};
     const LoopResult<Scalar> result =
-        run_closed_loop<Scalar>(run_.plant, *law, start, run_.inputs(), [](int, auto&&...) {});
+        run_closed_loop<Scalar>(run_.plant, law, start, run_.inputs(), [](int, auto&&...) {});
     slope = result.cost.slope;
     return result.cost.value;
   }
 
-  void run_one_by_one(const double* taps, int count, double* costs, const double* bounds) const {
+  void run_one_by_one(const double* laws, int count, double* costs, const double* bounds) const {
     const LoopInputs<double> inputs = run_.inputs();
     with_tap_controller(structure_, run_.limits, [&](auto& law) {
       for (int i = 0; i < count; ++i) {
-        const double* own = taps + static_cast<std::ptrdiff_t>(i) * channel_count * tap_count();
-        const std::ptrdiff_t row = tap_count();
-        law.set_taps(own, own + row, own + 2 * row, tap_count());
-        law.reset();
+        set_numbers(law, laws + static_cast<std::ptrdiff_t>(i) * law_size());
+        detail::restart(law, *run_.scenario);
         LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
         const BoundedMeter<double> meter(inputs.divergence_distance,
                                          bounds == nullptr ? no_bound : bounds[i], inputs.samples);

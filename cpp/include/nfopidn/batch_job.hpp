@@ -37,17 +37,19 @@ struct BatchJob {
   const State<double>* start;
   const ControllerSettings<double>* structure;
   const ControlLimits<double>* limits;
-  const double* taps;  // [candidates][3][tap_count]
+  const double* laws;  // [candidates][law_size]: taps, [3][tap_count], and LawParameters if any
   int tap_count;
+  int law_size;
+  bool in_motion;  // the robot starts with the reference's speed
   int candidates;
   double* costs;         // [candidates]
   const double* bounds;  // [candidates], or null: whoever costs more is given some cost over it
 };
 
-// One candidate and the slopes of its taps in several directions.
+// One candidate and the slopes of its law's numbers in several directions.
 struct GradientJob {
-  BatchJob batch;        // its taps are those of the one candidate, costs its cost
-  const double* slopes;  // [directions][3][tap_count]
+  BatchJob batch;        // its law is that of the one candidate, costs its cost
+  const double* slopes;  // [directions][law_size]
   int directions;
   double* gradient;  // [directions]: the cost's slopes
 };

@@ -28,6 +28,12 @@ constexpr Range tap_range = between(-1e6, 1e6);
 // What is wrong with settings as a whole, each being in range: memory beyond that of taps runs as
 // modes, which only some orders have.
 inline Finding check_consistency(const ControllerDesign& design) {
+  const Finding tracking = check_tracking_law<double>(design);
+  if (tracking.status != Status::ok) return tracking;
+  // Free taps, and modes, stand for eq. 34 alone.
+  if (design.needs_tracking_law() && (!design.taps.empty() || design.memory.is_long())) {
+    return {Status::inconsistent, "net", static_cast<double>(design.net), between(0, 0)};
+  }
   if (!design.memory.is_long()) return {};
   for (int channel = 0; channel < channel_count; ++channel) {
     const double alpha = design.alpha[channel];

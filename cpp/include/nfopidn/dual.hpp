@@ -103,6 +103,13 @@ struct math<Dual<Value, Slope>> {
   NFOPIDN_INLINE static Scalar identity(const Scalar& net) {
     return {P::identity(net.value), net.slope * (Base(1) / net_scale)};
   }
+  NFOPIDN_INLINE static Scalar exponential(const Scalar& exponent) {
+    const Value value = P::exponential(exponent.value);
+    return {value, exponent.slope * value};
+  }
+  NFOPIDN_INLINE static Scalar log(const Scalar& positive) {
+    return {P::log(positive.value), positive.slope / positive.value};
+  }
   NFOPIDN_INLINE static Scalar select(const Mask& mask, const Scalar& yes, const Scalar& no) {
     if constexpr (std::is_same_v<Mask, bool>) {
       return mask ? yes : no;

@@ -120,7 +120,7 @@ inline PreparedRun prepare(const Scenario& scenario) {
       detail::start_state(scenario),
       Plant<double>(scenario.robot, {scenario.viscous_friction, scenario.coulomb_friction},
                     scenario.integrator, t.dt(), scenario.substeps),
-      {scenario.torque_limit, std::max(t.peak_speed(), least_speed_scale)},
+      {scenario.torque_limit, std::max(t.peak_speed(), least_speed_scale), t.dt()},
       &scenario};
   const auto count = static_cast<std::size_t>(t.size());
   run.reference.reserve(count);

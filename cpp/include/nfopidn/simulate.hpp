@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
+#include <utility>
 
 #include "nfopidn/controller_design.hpp"
 #include "nfopidn/metrics.hpp"
@@ -20,6 +22,22 @@ struct SimulationResult {
 
 namespace detail {
 
+template <class Law, class = void>
+constexpr bool starts_in_motion = false;
+template <class Law>
+constexpr bool starts_in_motion<Law, std::void_t<decltype(std::declval<Law&>().reset_in_motion())>> =
+    true;
+
+// As after construction, for the start of a run: a law that reckons speeds is told whether the
+// robot has the reference's speed already.
+template <class Law>
+constexpr void restart(Law& law, const Scenario& scenario) {
+  if constexpr (starts_in_motion<Law>) {
+    if (scenario.initial_velocity.reference) return law.reset_in_motion();
+  }
+  law.reset();
+}
+
 template <class Law>
 SimulationResult record(const PreparedRun& run, Law& law) {
   const Scenario& scenario = *run.scenario;
@@ -36,7 +54,7 @@ SimulationResult record(const PreparedRun& run, Law& law) {
         state.theta, state.v, state.omega, error.x, error.y, error.theta, r.tau_left, r.tau_right,
         feedback.left, feedback.right, torque.left, torque.right;
   };
-  law.reset();
+  restart(law, scenario);
   const LoopResult<double> loop =
       run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe);
   const Eigen::Index completed = loop.completed;
@@ -75,6 +93,14 @@ decltype(auto) with_tap_controller(const ControllerDesign& settings,
     }
     return use(law);
   };
+  if (settings.needs_tracking_law()) {
+    using Variant = TrackingStructure<double>;
+    if (settings.memory <= 5) {
+      return apply(Controller<double, Fir<double, 7, detail::host_slack>, Variant>());
+    }
+    return apply(
+        Controller<double, Fir<double, maximum_memory + 2, maximum_memory>, Variant>());
+  }
   if (settings.memory <= 5) return apply(Controller<double, Fir<double, 7, detail::host_slack>>());
   if (settings.memory <= 8) return apply(Controller<double, Fir<double, 10, detail::host_slack>>());
   return apply(Controller<double, Fir<double, maximum_memory + 2, maximum_memory>>());
@@ -123,7 +149,7 @@ inline SimulationResult simulate(const Scenario& scenario, const ControllerDesig
 // The cost alone (eq. 41), without recording. What check_run() refuses must not be given.
 inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
   return with_controller(settings, run.limits, [&](auto& law) {
-    law.reset();
+    detail::restart(law, *run.scenario);
     return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})
         .cost;
   });

@@ -16,9 +16,10 @@ struct AnyStructure {
   Frame frame = Frame::robot;
   Lateral lateral = Lateral::direction;
   AntiWindup anti_windup = AntiWindup::none;
+  static constexpr bool has_tracking_law = false;
 
-  static constexpr bool offers(const ControllerSettings<Base>& /*settings*/) noexcept {
-    return true;
+  static constexpr bool offers(const ControllerSettings<Base>& settings) noexcept {
+    return !settings.needs_tracking_law();
   }
   constexpr void choose(const ControllerSettings<Base>& settings) noexcept {
     allocation = settings.allocation;
@@ -28,6 +29,21 @@ struct AnyStructure {
     frame = settings.frame;
     lateral = settings.lateral;
     anti_windup = settings.anti_windup;
+  }
+};
+
+// The same with the tracking law, chosen at run time too.
+template <class Base>
+struct TrackingStructure : AnyStructure<Base> {
+  Net net = Net::increment;
+  static constexpr bool has_tracking_law = true;
+
+  static constexpr bool offers(const ControllerSettings<Base>& /*settings*/) noexcept {
+    return true;
+  }
+  constexpr void choose(const ControllerSettings<Base>& settings) noexcept {
+    AnyStructure<Base>::choose(settings);
+    net = settings.net;
   }
 };
 
@@ -50,9 +66,10 @@ struct FixedStructure {
   static constexpr Frame frame = fixed_frame;
   static constexpr Lateral lateral = fixed_lateral;
   static constexpr AntiWindup anti_windup = fixed_anti_windup;
+  static constexpr bool has_tracking_law = false;
 
   static constexpr bool offers(const ControllerSettings<Base>& settings) noexcept {
-    return settings.allocation.kind() == allocation_kind && settings.form == form &&
+    return !settings.needs_tracking_law() && settings.allocation.kind() == allocation_kind && settings.form == form &&
            settings.activation == activation && settings.frame == frame &&
            settings.lateral == lateral && settings.anti_windup == anti_windup;
   }

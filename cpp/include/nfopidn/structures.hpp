@@ -5,17 +5,19 @@
 #include <string>
 #include <vector>
 
-#include "nfopidn/controller_design.hpp"
+#include "nfopidn/tracking_parameters.hpp"
 
 namespace nfopidn {
 
 // The vector of the paper: the nine gains row by row, then alpha and sigma for all channels, or for
-// x, for y and for theta; or the fused taps themselves, channel by channel, newest first.
-enum class ParameterSet : unsigned char { shared_orders, orders_by_channel, taps };
+// x, for y and for theta; or the fused taps themselves, channel by channel, newest first; or those of
+// the tracking law, by names of their own.
+enum class ParameterSet : unsigned char { shared_orders, orders_by_channel, taps, tracking };
 
 template <>
 struct ChoiceNames<ParameterSet> {
-  static constexpr const char* names[] = {"shared-orders", "orders-by-channel", "taps"};
+  static constexpr const char* names[] = {"shared-orders", "orders-by-channel", "taps",
+                                          "tracking"};
 };
 
 struct Structure {
@@ -23,24 +25,46 @@ struct Structure {
   ParameterSet parameters = ParameterSet::shared_orders;
   // A search for free taps also tries what the lateral channel is fed: see free_tap_laterals.
   bool either_lateral = false;
+  TrackingScale scale = {};  // of the bounds of the tracking law
 };
 
 // Free taps can make of the lateral error as it is what gains and orders cannot. Which is the
 // better one depends on the path.
 inline constexpr Lateral free_tap_laterals[] = {Lateral::speed, Lateral::direction};
 
-enum class StructureName : unsigned char { paper, decoupled, incremental, extended, taps };
+enum class StructureName : unsigned char {
+  paper,
+  decoupled,
+  incremental,
+  extended,
+  taps,
+  tracking
+};
 
 template <>
 struct ChoiceNames<StructureName> {
-  static constexpr const char* names[] = {"paper", "decoupled", "incremental", "extended", "taps"};
+  static constexpr const char* names[] = {"paper",    "decoupled", "incremental",
+                                          "extended", "taps",      "tracking"};
 };
+
+// The tracking law, with the speed errors and the schedule that its search is for.
+inline Structure tracking_structure() {
+  Structure structure;
+  ControllerSettings<double>& settings = structure.settings;
+  for (auto& row : settings.gains) std::fill(std::begin(row), std::end(row), 0.0);
+  settings.allocation = Allocation<double>::decoupled();
+  settings.net = Net::speed_errors;
+  settings.lateral = Lateral::scheduled;
+  structure.parameters = ParameterSet::tracking;
+  return structure;
+}
 
 inline Structure named_structure(StructureName name) {
   Structure structure;
   if (name == StructureName::paper) return structure;
   structure.settings.allocation = Allocation<double>::decoupled();
   if (name == StructureName::incremental) structure.settings.form = Form::incremental;
+  if (name == StructureName::tracking) return tracking_structure();
   if (name == StructureName::extended || name == StructureName::taps) {
     structure.settings.lateral = Lateral::speed;
     structure.either_lateral = name == StructureName::taps;
@@ -66,12 +90,6 @@ inline ControllerDesign tuned_nominal() {
   return settings;
 }
 
-struct ParameterBounds {
-  std::string name;
-  double low;
-  double high;
-};
-
 inline constexpr const char* channel_names[] = {"x", "y", "theta"};
 
 // Of free taps.
@@ -91,6 +109,7 @@ inline std::vector<ParameterBounds> default_bounds(const Structure& structure) {
   if (structure.parameters == ParameterSet::taps) {
     return tap_bounds(structure.settings.memory + 2);
   }
+  if (structure.parameters == ParameterSet::tracking) return tracking_bounds(structure.scale);
   static constexpr const char* terms[] = {"kp_", "ki_", "kd_"};
   std::vector<ParameterBounds> bounds;
   const bool by_channel = structure.parameters == ParameterSet::orders_by_channel;
@@ -155,16 +174,46 @@ ChannelParameters<Number> channel_parameters(ParameterSet parameters, const std:
   return {x.data() + 3 * channel, x.data() + gain_count + 2 * pair};
 }
 
-// The fused taps, [3][memory + 2], of a structure's parameters.
+// Those of a variant with the tracking law. Where the parameters are gains and orders of eq. 34,
+// its own numbers are those of the settings.
 template <class Number>
-void parameters_to_taps(const Structure& structure, const std::vector<Number>& x, Number* taps) {
-  if (structure.parameters == ParameterSet::taps) {
+void tracking_numbers(const Structure& structure, const std::vector<Number>& x, Number* numbers,
+                      Number* work) {
+  const ControllerSettings<double>& settings = structure.settings;
+  LawNumbers<Number> law = law_numbers<Number>(settings);
+  if (structure.parameters == ParameterSet::tracking) {
+    TrackingNames<Number>::each(law, [&, next = x.data()](auto, Number& value, auto) mutable {
+      value = *next++;
+    });
+  } else {
+    for (std::size_t channel = 0; channel < channel_count; ++channel) {
+      const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);
+      std::copy_n(gains, 3, law.gains + 3 * channel);
+      law.alpha[channel] = orders[0];
+      law.sigma[channel] = orders[1];
+    }
+  }
+  const LawParameters<Number> parameters =
+      fuse_law(settings, law.gains, law.alpha, law.sigma, law.tracking, numbers, work);
+  Number* next = numbers + channel_count * (settings.memory + 2);
+  LawParameters<Number>::each(parameters, [&](const Number& number) { *next++ = number; });
+}
+
+// The numbers of the law of a structure's parameters: its taps, [3][memory + 2], and, of a variant
+// with the tracking law, its parameters.
+template <class Number>
+void parameters_to_law(const Structure& structure, const std::vector<Number>& x, Number* taps) {
+  if (structure.parameters == ParameterSet::taps) {  // of a variant without the tracking law
     std::copy(x.begin(), x.end(), taps);
     return;
   }
   const int memory = structure.settings.memory;
   const auto count = static_cast<std::size_t>(memory) + 2;
   std::vector<Number> work(count);
+  if (structure.settings.needs_tracking_law()) {
+    tracking_numbers(structure, x, taps, work.data());
+    return;
+  }
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
     const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);
     fuse_taps(structure.settings.generator, gains[0], gains[1], gains[2], orders[0], orders[1],
@@ -172,11 +221,25 @@ void parameters_to_taps(const Structure& structure, const std::vector<Number>& x
   }
 }
 
+// The parameters of the law that a design stands for, besides its taps.
+template <class Scalar>
+LawParameters<Scalar> law_parameters(const ControllerDesign& design) {
+  LawNumbers<Scalar> law = law_numbers<Scalar>(design);
+  const auto count = static_cast<std::size_t>(design.memory + 2);
+  std::vector<Scalar> taps(channel_count * count), work(count);
+  return fuse_law<Scalar>(static_cast<const ControllerSettings<double>&>(design), law.gains,
+                          law.alpha, law.sigma, law.tracking, taps.data(), work.data());
+}
+
 // The controller that a structure's parameters stand for.
 inline ControllerDesign design_of(const Structure& structure, const std::vector<double>& x) {
   ControllerDesign design(structure.settings);
   if (structure.parameters == ParameterSet::taps) {
     design.taps = x;
+    return design;
+  }
+  if (structure.parameters == ParameterSet::tracking) {
+    set_tracking_parameters(design, x);
     return design;
   }
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
@@ -191,11 +254,13 @@ inline ControllerDesign design_of(const Structure& structure, const std::vector<
 // The inverse: a design's parameters. Gains and orders have taps; free taps have no gains.
 inline std::vector<double> parameters_of(ParameterSet parameters, const ControllerDesign& design) {
   if (parameters == ParameterSet::taps && !design.taps.empty()) return design.taps;
+  if (parameters == ParameterSet::tracking) return tracking_parameters(design);
   if (parameters == ParameterSet::taps) {
     const Structure fused = {design, ParameterSet::orders_by_channel};
-    std::vector<double> taps(static_cast<std::size_t>(channel_count) *
-                             static_cast<std::size_t>(design.memory + 2));
-    parameters_to_taps(fused, parameters_of(fused.parameters, design), taps.data());
+    std::vector<double> taps(
+        static_cast<std::size_t>(law_size(fused.settings, design.memory + 2)));
+    parameters_to_law(fused, parameters_of(fused.parameters, design), taps.data());
+    taps.resize(static_cast<std::size_t>(channel_count * (design.memory + 2)));
     return taps;
   }
   std::vector<double> x;
@@ -211,6 +276,7 @@ inline std::vector<double> parameters_of(ParameterSet parameters, const Controll
 // How a design is written as a vector: the shortest way that loses nothing.
 inline ParameterSet parameter_set_of(const ControllerDesign& design) {
   if (!design.taps.empty()) return ParameterSet::taps;
+  if (design.net == Net::speed_errors) return ParameterSet::tracking;
   return shares_orders(design) ? ParameterSet::shared_orders : ParameterSet::orders_by_channel;
 }
 

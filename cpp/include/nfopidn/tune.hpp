@@ -15,6 +15,19 @@ namespace nfopidn {
 inline Point tuning_bend(const Point& low) {
   return (low.array() >= 0).select(Point::Constant(low.size(), 2), Point::Ones(low.size()));
 }
+// The same for the free parameters of a structure, of which some have a bend of their own.
+inline Point tuning_bend(const Structure& structure, const FreeParameters& parameters,
+                         const Point& low) {
+  Point bend = tuning_bend(low);
+  const std::vector<ParameterBounds> bounds = default_bounds(structure);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const double own = bounds[i].bend;
+    if (own < 0 || parameters.source[i] < 0) continue;
+    const Eigen::Index place = parameters.source[i];
+    if (own != Box::logarithmic || low(place) > 0) bend(place) = own;
+  }
+  return bend;
+}
 
 // The weight of each scenario's cost in the mean of the worst `share` of them.
 inline Eigen::VectorXd worst_share(const Eigen::VectorXd& costs, double share) {
@@ -61,11 +74,11 @@ class TuneObjective : public Objective {
     bounded_costs(points, nullptr, costs);
   }
   void bounded_costs(const Points& points, const double* bounds, double* costs) override {
-    const std::vector<double> taps = taps_of(points);
+    const std::vector<double> laws = laws_of(points);
     const Eigen::Index count = points.cols();
     const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
     if (scenarios == 1) {
-      share_out_costs(taps, count, bounds, costs);
+      share_out_costs(laws, count, bounds, costs);
       return;
     }
     Eigen::VectorXd each_bound;
@@ -75,7 +88,7 @@ class TuneObjective : public Objective {
       each_bound = Eigen::Map<const Eigen::VectorXd>(bounds, count) * worst;
     }
     Eigen::MatrixXd each(count, scenarios);
-    share_out_costs(taps, count, bounds != nullptr ? each_bound.data() : nullptr, each.data());
+    share_out_costs(laws, count, bounds != nullptr ? each_bound.data() : nullptr, each.data());
     for (Eigen::Index j = 0; j < count; ++j) {
       const Eigen::VectorXd row = each.row(j);
       costs[j] = dot(row, worst_share(row, share_));
@@ -88,16 +101,16 @@ class TuneObjective : public Objective {
   }
   double partials(const Point& point, Eigen::Index first, Eigen::Index count,
                   double* slopes) override {
-    const std::size_t size = tap_size();
-    std::vector<double> taps(size), directions(size * static_cast<std::size_t>(count));
-    differentiate_taps(point, first, count, taps, directions);
+    const std::size_t size = law_size();
+    std::vector<double> law(size), directions(size * static_cast<std::size_t>(count));
+    differentiate_law(point, first, count, law, directions);
     const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
     Eigen::VectorXd each(scenarios);
     Eigen::MatrixXd each_slopes(count, scenarios);
     constexpr int together = 16;  // directions that take hardly longer than half of them
     over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
       const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
-          taps.data(), directions.data() + static_cast<std::size_t>(from) * size,
+          law.data(), directions.data() + static_cast<std::size_t>(from) * size,
           static_cast<int>(there), each_slopes.col(scenario).data() + from);
       if (from == 0) each(scenario) = cost;
     });
@@ -110,19 +123,19 @@ class TuneObjective : public Objective {
   // Whether a memory beyond that of the lanes makes each candidate and direction a run of its own.
   bool runs_one_by_one() const { return structure_.settings.memory + 2 > batch_capacity; }
 
-  // The taps at a point, and how they change with its coordinates first .. first + count - 1.
-  void differentiate_taps(const Point& point, Eigen::Index first, Eigen::Index count,
-                          std::vector<double>& taps, std::vector<double>& directions) const {
-    const std::size_t size = tap_size();
+  // The numbers of the law at a point, and how they change with its coordinates first .. first + count - 1.
+  void differentiate_law(const Point& point, Eigen::Index first, Eigen::Index count,
+                          std::vector<double>& law, std::vector<double>& directions) const {
+    const std::size_t size = law_size();
     std::vector<Dual<double>> x(static_cast<std::size_t>(dimension_)), fused(size);
     double* slope = directions.data();
     for (Eigen::Index i = first; i < first + count; ++i) {
       for (Eigen::Index k = 0; k < dimension_; ++k) {
         x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
       }
-      parameters_to_taps(structure_, parameters_.full(x.data()), fused.data());
+      parameters_to_law(structure_, parameters_.full(x.data()), fused.data());
       for (std::size_t n = 0; n < size; ++n) {
-        taps[n] = fused[n].value;
+        law[n] = fused[n].value;
         *slope++ = fused[n].slope;
       }
     }
@@ -145,29 +158,29 @@ class TuneObjective : public Objective {
   }
 
   // costs: [scenarios][count], bounds: [count].
-  void share_out_costs(const std::vector<double>& taps, Eigen::Index count, const double* bounds,
+  void share_out_costs(const std::vector<double>& laws, Eigen::Index count, const double* bounds,
                        double* costs) {
     constexpr int together = 8;  // candidates, with the widest instructions
     over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
-      evaluators_[static_cast<std::size_t>(scenario)].costs_of_taps(
-          taps.data() + static_cast<std::size_t>(first) * tap_size(), static_cast<int>(there),
+      evaluators_[static_cast<std::size_t>(scenario)].costs_of_laws(
+          laws.data() + static_cast<std::size_t>(first) * law_size(), static_cast<int>(there),
           costs + scenario * count + first, bounds == nullptr ? nullptr : bounds + first);
     });
   }
 
-  std::vector<double> taps_of(const Points& points) const {
-    const std::size_t size = tap_size();
-    std::vector<double> taps(static_cast<std::size_t>(points.cols()) * size);
+  std::vector<double> laws_of(const Points& points) const {
+    const std::size_t size = law_size();
+    std::vector<double> laws(static_cast<std::size_t>(points.cols()) * size);
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      parameters_to_taps(structure_, parameters_.full(points.col(j).data()),
-                         taps.data() + static_cast<std::size_t>(j) * size);
+      parameters_to_law(structure_, parameters_.full(points.col(j).data()),
+                         laws.data() + static_cast<std::size_t>(j) * size);
     }
-    return taps;
+    return laws;
   }
 
-  std::size_t tap_size() const {
-    return static_cast<std::size_t>(channel_count) *
-           static_cast<std::size_t>(structure_.settings.memory + 2);
+  std::size_t law_size() const {
+    return static_cast<std::size_t>(
+        nfopidn::law_size(structure_.settings, structure_.settings.memory + 2));
   }
 
   std::vector<BatchEvaluator> evaluators_;
@@ -210,7 +223,8 @@ inline SearchResult run_stage(const TuningTask& task, const Search::Callback& ca
   }
   TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(bounds.size()),
                           static_cast<int>(size), task.share, task.threads);
-  Search search(objective, {low, high, tuning_bend(low)}, {task.evaluations}, task.seed);
+  const Point bend = tuning_bend(task.structure, FreeParameters::all(bounds.size()), low);
+  Search search(objective, {low, high, bend}, {task.evaluations}, task.seed);
   if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
   search.keeps_record = false;
   search.set_callback(callback);

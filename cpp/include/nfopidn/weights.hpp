@@ -76,4 +76,27 @@ constexpr void fuse_taps(Generator generator, const Scalar& kp, const Scalar& ki
   }
 }
 
+// The same sums over the error itself, not its differences:
+//   net(k) = kp e_k + kd sum f_j(alpha) e_{k-j} + ki sum f_j(-sigma) e_{k-j},  j = 0 .. memory + 1
+// `work` is memory + 2 scalars of scratch.
+template <class Scalar>
+constexpr void fuse_whole_taps(Generator generator, const Scalar& kp, const Scalar& ki,
+                               const Scalar& kd, const Scalar& alpha, const Scalar& sigma,
+                               int memory, Scalar* taps, Scalar* work) {
+  using Base = base_t<Scalar>;
+  generator_weights(generator, alpha, memory + 1, work);
+  for (int j = 0; j < memory + 2; ++j) taps[j] = kd * work[j];
+  generator_weights(generator, sigma * Base(-1), memory + 1, work);
+  for (int j = 0; j < memory + 2; ++j) taps[j] += ki * work[j];
+  taps[0] += kp;
+}
+
+// The derivative of order alpha of the error as that of order alpha - 1 of the speed error n:
+//   sum g_j(alpha - 1) n_{k-j},  j = 0 .. memory + 1
+template <class Scalar>
+constexpr void fuse_speed_taps(const Scalar& gain, const Scalar& order, int memory, Scalar* taps) {
+  generator_weights(Generator::gl, order - Scalar(base_t<Scalar>(1)), memory + 1, taps);
+  for (int j = 0; j < memory + 2; ++j) taps[j] = gain * taps[j];
+}
+
 }  // namespace nfopidn

@@ -12,12 +12,30 @@ namespace nfopidn {
 constexpr int lane_slack = 25;
 constexpr int small_capacity = 7;  // memory 5, the paper's
 
-template <bool noisy, class Scalar, class Meter, int capacity>
-inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter,
-                                  const Scalar (&taps)[channel_count][capacity]) {
-  Controller<Scalar, Fir<Scalar, capacity, lane_slack>> law;
+// Room for the numbers of a law.
+template <int capacity, bool tracking>
+constexpr int law_capacity =
+    channel_count * capacity + (tracking ? LawParameters<double>::count : 0);
+
+template <bool noisy, bool tracking, int capacity, class Scalar, class Meter>
+inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter, const Scalar* numbers) {
+  using Filter = Fir<Scalar, capacity, lane_slack>;
+  using Variant = std::conditional_t<tracking, TrackingStructure<double>, AnyStructure<double>>;
+  Controller<Scalar, Filter, Variant> law;
   law.configure_structure(*job.structure, *job.limits);
-  law.set_taps(taps[0], taps[1], taps[2], job.tap_count);
+  if constexpr (tracking) {
+    const Scalar* parameters = numbers + channel_count * job.tap_count;
+    law.set_law(numbers, job.tap_count,
+                law_parameters_from<Scalar>(parameters, [](const Scalar& n) { return n; }));
+    if (job.in_motion) {
+      law.reset_in_motion();
+    } else {
+      law.reset();
+    }
+  } else {
+    const int row = job.tap_count;
+    law.set_taps(numbers, numbers + row, numbers + 2 * row, row);
+  }
   const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y), Scalar(job.start->theta),
                                Scalar(job.start->v), Scalar(job.start->omega)};
   LoopState<Scalar> loop = {start, DelayLine<Scalar>(job.inputs->delay)};
@@ -27,22 +45,18 @@ inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter,
 }
 
 // Runs the candidates first .. first + Wide::size - 1; past the last one, the last one again.
-template <class Wide, int capacity, bool noisy>
+template <class Wide, int capacity, bool noisy, bool tracking>
 inline void run_lanes(const BatchJob& job, int first) {
-  Wide taps[channel_count][capacity];
+  Wide law[law_capacity<capacity, tracking>];
   Wide bound(no_bound);
   for (int lane = 0; lane < Wide::size; ++lane) {
     const int candidate = first + lane < job.candidates ? first + lane : job.candidates - 1;
     if (job.bounds != nullptr) bound.set(lane, job.bounds[candidate]);
-    const double* source = job.taps + static_cast<long>(candidate) * channel_count * job.tap_count;
-    for (int channel = 0; channel < channel_count; ++channel) {
-      for (int j = 0; j < job.tap_count; ++j) {
-        taps[channel][j].set(lane, source[channel * job.tap_count + j]);
-      }
-    }
+    const double* source = job.laws + static_cast<long>(candidate) * job.law_size;
+    for (int i = 0; i < job.law_size; ++i) law[i].set(lane, source[i]);
   }
   const BoundedMeter<Wide> meter(job.inputs->divergence_distance, bound, job.inputs->samples);
-  const LoopResult<Wide> result = run_law<noisy>(job, meter, taps);
+  const LoopResult<Wide> result = run_law<noisy, tracking, capacity>(job, meter, law);
   for (int lane = 0; lane < Wide::size && first + lane < job.candidates; ++lane) {
     job.costs[first + lane] = result.cost.get(lane);
   }
@@ -50,25 +64,20 @@ inline void run_lanes(const BatchJob& job, int first) {
 
 // The cost and its slopes in the directions first .. first + Wide::size - 1. The value is one
 // number: only the slopes are lanes.
-template <class Wide, int capacity, bool noisy>
+template <class Wide, int capacity, bool noisy, bool tracking>
 inline void run_dual(const GradientJob& gradient, int first) {
   using Scalar = Dual<double, Wide>;
   const BatchJob& job = gradient.batch;
-  Scalar taps[channel_count][capacity];
-  for (int channel = 0; channel < channel_count; ++channel) {
-    for (int j = 0; j < job.tap_count; ++j) {
-      const int place = channel * job.tap_count + j;
-      Scalar& tap = taps[channel][j];
-      tap.value = job.taps[place];
-      tap.slope = Wide(0.0);
-      for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
-        const long row = static_cast<long>(first + lane) * channel_count * job.tap_count;
-        tap.slope.set(lane, gradient.slopes[row + place]);
-      }
+  Scalar law[law_capacity<capacity, tracking>];
+  for (int i = 0; i < job.law_size; ++i) {
+    law[i].value = job.laws[i];
+    law[i].slope = Wide(0.0);
+    for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
+      law[i].slope.set(lane, gradient.slopes[static_cast<long>(first + lane) * job.law_size + i]);
     }
   }
   const CostMeter<Scalar> meter(job.inputs->divergence_distance);
-  const LoopResult<Scalar> result = run_law<noisy>(job, meter, taps);
+  const LoopResult<Scalar> result = run_law<noisy, tracking, capacity>(job, meter, law);
   job.costs[0] = result.cost.value;
   for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
     gradient.gradient[first + lane] = result.cost.slope.get(lane);
@@ -77,39 +86,52 @@ inline void run_dual(const GradientJob& gradient, int first) {
 
 // The candidates from `first` on; what is left at the end in a narrower block, down to `least`
 // vectors.
-template <int width, int count, int least, int capacity, bool noisy>
+template <int width, int count, int least, int capacity, bool noisy, bool tracking>
 inline void run_blocks(const BatchJob& job, int first) {
   constexpr int size = width * count;
   constexpr int narrower = count > least ? size - width : 0;
   for (; job.candidates - first > narrower; first += size) {
-    run_lanes<Lanes<width, count>, capacity, noisy>(job, first);
+    run_lanes<Lanes<width, count>, capacity, noisy, tracking>(job, first);
   }
   if constexpr (count > least) {
     if (first < job.candidates) {
-      run_blocks<width, count - 1, least, capacity, noisy>(job, first);
+      run_blocks<width, count - 1, least, capacity, noisy, tracking>(job, first);
     }
   }
 }
 
-// Calls use(capacity, noisy). Each pair is compiled for each instruction set, so there are few: the
-// paper's memory, and all else.
+// Calls use(capacity, noisy, tracking). Each triple is compiled for each instruction set, so there
+// are few: the paper's memory, and all else.
 template <class Use>
 inline void with_loop(const BatchJob& job, const Use& use) {
-  if (job.inputs->noise != nullptr) {
-    use(std::integral_constant<int, batch_capacity>(), std::true_type());
-  } else if (job.tap_count > small_capacity) {
-    use(std::integral_constant<int, batch_capacity>(), std::false_type());
+  const auto with_law = [&](auto tracking) {
+    if (job.tap_count > small_capacity) {
+      if (job.inputs->noise != nullptr) {
+        use(std::integral_constant<int, batch_capacity>(), std::true_type(), tracking);
+      } else {
+        use(std::integral_constant<int, batch_capacity>(), std::false_type(), tracking);
+      }
+    } else if (job.inputs->noise == nullptr) {
+      use(std::integral_constant<int, small_capacity>(), std::false_type(), tracking);
+    } else if constexpr (tracking()) {
+      use(std::integral_constant<int, small_capacity>(), std::true_type(), tracking);
+    } else {
+      use(std::integral_constant<int, batch_capacity>(), std::true_type(), tracking);
+    }
+  };
+  if (job.structure->needs_tracking_law()) {
+    with_law(std::true_type());
   } else {
-    use(std::integral_constant<int, small_capacity>(), std::false_type());
+    with_law(std::false_type());
   }
 }
 
 // Up to `count` vectors a block.
 template <int width, int count>
 inline void run_batch(const BatchJob& job) {
-  with_loop(job, [&](auto capacity, auto noisy) {
+  with_loop(job, [&](auto capacity, auto noisy, auto tracking) {
     constexpr int least = capacity() == small_capacity ? 1 : count;
-    run_blocks<width, count, least, capacity(), noisy()>(job, 0);
+    run_blocks<width, count, least, capacity(), noisy(), tracking()>(job, 0);
   });
 }
 
@@ -117,12 +139,12 @@ inline void run_batch(const BatchJob& job) {
 template <int width, int count>
 inline void run_gradient(const GradientJob& job) {
   constexpr int half = (count + 1) / 2;
-  with_loop(job.batch, [&](auto capacity, auto noisy) {
+  with_loop(job.batch, [&](auto capacity, auto noisy, auto tracking) {
     for (int first = 0; first < job.directions; first += width * count) {
       if (job.directions - first <= width * half) {
-        run_dual<Lanes<width, half>, capacity(), noisy()>(job, first);
+        run_dual<Lanes<width, half>, capacity(), noisy(), tracking()>(job, first);
       } else {
-        run_dual<Lanes<width, count>, capacity(), noisy()>(job, first);
+        run_dual<Lanes<width, count>, capacity(), noisy(), tracking()>(job, first);
       }
     }
   });

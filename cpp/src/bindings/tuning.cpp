@@ -285,9 +285,11 @@ py::dict search_controller(const std::vector<const Scenario*>& scenarios,
                            const std::vector<int>& source, const std::vector<double>& fixed,
                            double risk, int threads, const py::dict& given) {
   const Request request(given);
-  TuneObjective objective(scenarios, structure_of(controller, parameters), {source, fixed},
-                          static_cast<int>(request.low.size()), risk, threads);
-  return run_search(objective, request, tuning_bend(request.low));
+  const Structure structure = structure_of(controller, parameters);
+  const FreeParameters free = {source, fixed};
+  TuneObjective objective(scenarios, structure, free, static_cast<int>(request.low.size()), risk,
+                          threads);
+  return run_search(objective, request, tuning_bend(structure, free, request.low));
 }
 
 py::dict search_rival(const std::vector<const Scenario*>& scenarios,

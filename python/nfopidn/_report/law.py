@@ -71,12 +71,20 @@ def _rival_rows(rival: Rival) -> list[Row]:
     return rows + [setting_row(key, robot[key], RIVAL[key]) for key in robot]
 
 
+#: Beginnings of the names of settings that only the tracking law has.
+_TRACKING = ("net", "speed_gain", "speed_order", "amplitude", "pole", "integral")
+
+
 def _controller_rows(controller: Controller) -> list[Row]:
     """Return the settings of a controller other than gains, orders and taps."""
     document = json.loads(controller.to_json())
     left_out = {"format", "version", "gains", "alpha", "sigma", "taps", "allocation"}
     if controller.lateral != "speed":
         left_out.add("speed_scale")
+    if controller.lateral != "scheduled":
+        left_out |= {"lateral_speed", "lateral_power"}
+    if controller.net == "increment":
+        left_out |= {key for key in document if key.startswith(_TRACKING)}
     rows = [
         setting_row(key, value, CONTROLLER.get(key, Words(key, "", "")))
         for key, value in document.items()

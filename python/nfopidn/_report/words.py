@@ -65,6 +65,23 @@ CONTROLLER: Mapping[str, Words] = {
     "lateral": Words("Lateral error", "", "what the y channel is fed"),
     "anti_windup": Words("Anti-windup", "", "what the incremental form does at the torque limit"),
     "speed_scale": Words("Speed scale", "m/s", "divisor of the speed in the lateral error"),
+    "net": Words("Net", "", "what the sums of eq. 34 run over"),
+    "speed_gain_x": Words("Speed gain, x", "N m/m", "of the forward speed error"),
+    "speed_gain_theta": Words("Speed gain, θ", "N m/rad", "of the turn-rate error"),
+    "speed_order_x": Words("Speed order, x", "", "of the derivative, counted from the position"),
+    "speed_order_theta": Words("Speed order, θ", "", "of the derivative, counted from the angle"),
+    "amplitude_x": Words("Amplitude, x", "N m", "of the neuron"),
+    "amplitude_y": Words("Amplitude, y", "N m", "of the neuron"),
+    "amplitude_theta": Words("Amplitude, θ", "N m", "of the neuron"),
+    "pole_x": Words("Pole, drive", "", "phase lead against delay"),
+    "pole_theta": Words("Pole, steering", "", "phase lead against delay"),
+    "integral_x": Words("Integral gain, x", "N m/m", "of the drive's integral state"),
+    "integral_y": Words("Integral gain, y", "N m/m", "of the steering's integral state"),
+    "integral_theta": Words("Integral gain, θ", "N m/rad", "of the steering's integral state"),
+    "integral_retention": Words("Integral retention", "", "share left after a sample"),
+    "integral_limit": Words("Integral limit", "N m", "of each integral state"),
+    "lateral_speed": Words("Lateral speed", "m/s", "v0 of the scheduled lateral error"),
+    "lateral_power": Words("Lateral power", "", "p of the scheduled lateral error"),
 }
 
 RIVAL: Mapping[str, Words] = {
@@ -117,5 +134,9 @@ CHOICES: Mapping[tuple[str, str], str] = {
     ("lateral", "plain"): "the lateral error itself",
     ("lateral", "direction"): "with its sign turned where the reference drives in reverse",
     ("lateral", "speed"): "times the reference's speed over the speed scale",
+    ("lateral", "scheduled"): "times a function of the reference's speed",
     ("speed_scale", "0"): "the trajectory's peak speed",
+    ("net", "increment"): "differences of the error, as eq. 34",
+    ("net", "whole"): "the error itself",
+    ("net", "speed-errors"): "the error itself; its derivative is the speed error's",
 }

@@ -150,6 +150,17 @@ inline Eigen::MatrixXd reference_states(const LoopStates& states,
     };
     result(LoopStates::velocity, k) = sample(0).v;
     result(LoopStates::velocity + 1, k) = sample(0).omega;
+    if (states.tracks) {  // the last pose is as far behind as the next sample is ahead
+      const ReferenceSample<double>& now = reference.samples[static_cast<std::size_t>(k)];
+      const ReferenceSample<double>& next = (&now)[1];
+      const Channels<double> ahead = rotate_into_robot(
+          Channels<double>{next.x - now.x, next.y - now.y,
+                           math<double>::wrap(next.theta - now.theta)},
+          math<double>::heading(now.theta));
+      result(states.tracking(), k) = ahead.x;
+      result(states.tracking() + 1, k) = ahead.y;
+      result(states.tracking() + 2, k) = ahead.theta;
+    }
     for (int i = 0; i < states.delay; ++i) {
       result(states.line() + 2 * i, k) = sample(states.delay - i).tau_left;
       result(states.line() + 2 * i + 1, k) = sample(states.delay - i).tau_right;

@@ -33,7 +33,7 @@ inline StateKernels state_kernels(const ControllerDesign& design, bool modal) {
     return kernels;
   }
   const std::vector<double> taps = parameters_of(ParameterSet::taps, design);
-  const std::size_t count = taps.size() / channel_count;
+  const auto count = static_cast<std::size_t>(design.memory + 2);
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
     const double* first = taps.data() + channel * count;
     kernels[channel].taps.assign(first, first + count);

@@ -13,13 +13,15 @@ struct LoopStates {
   int filter;  // a channel's: past errors, and then the modes of a long memory
   int errors;  // how many of them are past errors: M + 1 without modes
   bool adds;   // incremental form: the last feedback torques
+  bool tracks;  // the tracking law: the last pose, drive and steering, their integral states
   int delay;   // torques on their way
 
   static constexpr int pose = 0;      // error x, y [m], theta [rad], in the reference's frame
   static constexpr int velocity = 3;  // v [m/s], omega [rad/s]
   static constexpr int past = 5;      // of x, of y, of theta, as the law was fed them
   constexpr int feedback() const { return past + channel_count * filter; }  // left, right
-  constexpr int line() const { return feedback() + (adds ? 2 : 0); }  // left, right; next first
+  constexpr int tracking() const { return feedback() + (adds ? 2 : 0); }
+  constexpr int line() const { return tracking() + (tracks ? 7 : 0); }  // left, right; next first
   constexpr int size() const { return line() + 2 * delay; }
 };
 
@@ -27,6 +29,7 @@ struct LoopStates {
 inline StateKernels loop_kernels(const Scenario& scenario, const ControllerDesign& design,
                                  LoopStates& states) {
   states.adds = design.form == Form::incremental;
+  states.tracks = design.needs_tracking_law();
   states.delay = scenario.delay;
   states.filter = std::min<int>(design.memory, most_loop_states) + 1;
   const bool modal = states.size() > most_loop_states && has_modes(design);
@@ -51,6 +54,7 @@ class StepMap {
         disturbance_(run.disturbance.front()),
         feedforward_(run.scenario->feedforward) {
     law_.configure_structure(design, run.limits);
+    law_.set_parameters(law_parameters<Scalar>(design));
     law_.set_filter(StateFilter<Scalar>(loop_kernels(*run.scenario, design, states_)));
   }
 
@@ -76,7 +80,7 @@ class StepMap {
   }
 
  private:
-  using Law = Controller<Scalar, StateFilter<Scalar>>;
+  using Law = Controller<Scalar, StateFilter<Scalar>, TrackingStructure<double>>;
 
   LoopState<Scalar> restore(const Scalar* z, const ReferenceSample<double>& reference) {
     const Heading<double> h = math<double>::heading(reference.theta);
@@ -93,7 +97,33 @@ class StepMap {
       for (int i = 0; i < states_.filter; ++i) law_.filter().state(channel, i) = *past++;
     }
     if (states_.adds) law_.set_feedback({z[states_.feedback()], z[states_.feedback() + 1]});
+    if (states_.tracks) restore_tracking(z + states_.tracking(), reference, h);
     return loop;
+  }
+
+  // The last pose is kept in the frame of the reference, as the present one is.
+  void restore_tracking(const Scalar* z, const ReferenceSample<double>& reference,
+                        const Heading<double>& h) {
+    auto& memory = law_.tracking_memory();
+    memory.speed_errors.set_last_pose({reference.x - (z[0] * h.cosine - z[1] * h.sine),
+                                       reference.y - (z[0] * h.sine + z[1] * h.cosine),
+                                       reference.theta - z[2]});
+    memory.drive_and_steering = {z[3], z[4], z[5], z[6]};
+  }
+  void keep_tracking(const ReferenceSample<double>& reference, const Heading<double>& h,
+                     Scalar* z) {
+    const auto& memory = law_.tracking_memory();
+    const Channels<Scalar>& last = memory.speed_errors.last_pose();
+    const Scalar zero = Scalar(0.0);
+    const Channels<Scalar> error = rotate_into_robot(
+        world_errors(Measurement<Scalar>{last.x, last.y, last.theta, zero, zero}, reference),
+        Heading<Scalar>{Scalar(h.cosine), Scalar(h.sine)});
+    const auto& held = memory.drive_and_steering;
+    const Scalar numbers[] = {error.x,       error.y,
+                              error.theta,   held.drive,
+                              held.steering, held.drive_integral,
+                              held.steering_integral};
+    std::copy(std::begin(numbers), std::end(numbers), z);
   }
 
   void keep(LoopState<Scalar>& loop, const ReferenceSample<double>& reference, Scalar* z) {
@@ -116,6 +146,7 @@ class StepMap {
       z[states_.feedback()] = law_.feedback().left;
       z[states_.feedback() + 1] = law_.feedback().right;
     }
+    if (states_.tracks) keep_tracking(reference, h, z + states_.tracking());
     for (int i = 0; i < states_.delay; ++i) {
       z[states_.line() + 2 * i] = loop.delay.ahead(i).left;
       z[states_.line() + 2 * i + 1] = loop.delay.ahead(i).right;
