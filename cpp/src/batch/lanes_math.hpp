@@ -125,8 +125,8 @@ struct math<Lanes<width, count>> : private Instructions<width> {
     Scalar result;
     for (int i = 0; i < count; ++i) {
       const Real power = clip(exponent.part[i] * 1.44269504088896340736, most);
-      const Real shifted = power + magic;
-      const Real f = power - (shifted - magic);
+      const Real shifted = kernel::opaque<Real>(power + magic);
+      const Real f = power - kernel::opaque<Real>(shifted - magic);
       const Real square = f * f;
       const Real odd = horner(square, Constants::exponential_q) * f;
       const Real even = horner(square, Constants::exponential_p);
