@@ -35,7 +35,12 @@ std::string format(const char* pattern, Values... values) {
   return line;
 }
 
-std::string default_text(const Json& value) {
+template <class Value>
+std::string default_text(const Value& field) {
+  if constexpr (std::is_same_v<std::decay_t<Value>, SampleTime<double>>) {
+    if (!field.has_value()) return "unknown";
+  }
+  const Json value = json::write(field);
   if (value.is_null()) return "the reference's start";
   if (value.is_string()) return value.get<std::string>();
   std::string text = value.dump();
@@ -65,7 +70,7 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
     const std::string key = field.name;
     const std::string unit = *field.unit == '\0' ? "" : " [" + std::string(field.unit) + "]";
     const std::string text = field.text + unit + choices_text<Value>() + " (default " +
-                             default_text(json::write(defaults.*field.member)) + ")";
+                             default_text(defaults.*field.member) + ")";
     if constexpr (std::is_same_v<Value, bool>) {
       // Of two opposites the last one counts: they act in the order of the command line.
       const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
@@ -272,7 +277,19 @@ Outcome refuse_ignored(const Arguments& arguments, const ControllerDesign& desig
   return {};
 }
 
-Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
+// A file's controller that does not know its sample time is run at the scenario's, which is said.
+void note_unknown_sample_time(const Arguments& arguments, const ControllerDesign& design,
+                              double dt) {
+  const bool by_option = arguments.controller.count("sample_time") != 0;
+  if (arguments.controller_file.empty() || by_option || arguments.quiet) return;
+  if (design.sample_time.has_value()) return;
+  std::cerr << "nfopidn_sim: " << printable(arguments.controller_file)
+            << " does not carry its sample time; the controller is run at the scenario's, "
+            << number_text(dt) << " s (--sample-time says it)\n";
+}
+
+Outcome build_controller(const Arguments& arguments, const Scenario& scenario,
+                         ControllerDesign& design) {
   Structure structure;
   if (!arguments.structure.empty()) {
     StructureName name{};
@@ -294,7 +311,14 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
   if (arguments.tune) {
     if (Outcome outcome = explain_memory_to_tune(design.memory); !outcome) return outcome;
   }
-  return explain_consistency(design);
+  const double dt = scenario.trajectory.dt();
+  Outcome outcome = explain_sample_time(design, dt);
+  if (!outcome && !arguments.controller_file.empty()) {
+    outcome.message = arguments.controller_file + ": " + outcome.message;
+  }
+  if (outcome) outcome = explain_consistency(design);
+  if (outcome) note_unknown_sample_time(arguments, design, dt);
+  return outcome;
 }
 
 // Which of the controller's numbers --tune searches for.
@@ -383,6 +407,7 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
     std::cerr << "nfopidn_sim: interrupted after " << found.evaluations << " evaluations\n";
   }
   design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
+  design.sample_time = scenario.trajectory.dt();
 }
 
 Json metrics_json(const SimulationResult& result) {
@@ -476,7 +501,8 @@ int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
   if (Outcome outcome = build_scenario(arguments, scenario); !outcome) return fail(outcome);
-  if (Outcome outcome = build_controller(arguments, design); !outcome) return fail(outcome);
+  if (Outcome outcome = build_controller(arguments, scenario, design); !outcome)
+    return fail(outcome);
   if (arguments.tune && !arguments.controller_file.empty()) {
     if (Outcome outcome = check_start(arguments, design); !outcome) return fail(outcome);
   }

@@ -111,7 +111,7 @@ def tune(
         Names the argument, its value and what is allowed.
     """
     scenarios = scenarios_of(scenario)
-    search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
+    search = make_search(structure, bounds, frozen, tied, scenarios)
     stages = _stages(structure, search, start, {"bounds": bounds, "frozen": frozen, "tied": tied})
     settings = check_settings(
         *(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback),

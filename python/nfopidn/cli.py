@@ -12,7 +12,14 @@ from typing import Any
 import nfopidn
 from nfopidn._checks import check_encoding
 from nfopidn._compare.command import add_compare
-from nfopidn._files import check_outputs, check_picture, kept, load_controller, save_picture
+from nfopidn._files import (
+    check_outputs,
+    check_picture,
+    kept,
+    load_controller,
+    load_nfopidn,
+    save_picture,
+)
 from nfopidn._interrupt import EXIT_INTERRUPTED
 from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
@@ -159,7 +166,7 @@ def _add_tune(commands: Any) -> None:
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    controller = nfopidn.Controller.load(arguments.controller)
+    controller = load_nfopidn(arguments.controller)
     scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
     written = []
     in_c = arguments.c or not arguments.cpp

@@ -165,6 +165,38 @@ TEST(Documents, OrdersThatHaveNoModesAreRefusedWithALongMemory) {
             "sigma is 2; must be in (0, 2) with a memory beyond 1024");
 }
 
+// A run takes the sample time of its own scenario alone, to within what a log's stamps can tell.
+TEST(SampleTime, DecidesWhichRunsThereAre) {
+  ControllerDesign design;
+  EXPECT_FALSE(design.sample_time.has_value());
+  for (const double dt : {1e-6, 0.05, 1e3}) EXPECT_TRUE(explain_sample_time(design, dt));
+  design.sample_time = 0.2;
+  EXPECT_TRUE(explain_sample_time(design, 0.2 * (1 + 9e-10)));
+  EXPECT_FALSE(explain_sample_time(design, 0.2 * (1 + 2e-9)));
+  EXPECT_EQ(explain_sample_time(design, 0.05).message,
+            "sample_time of the controller is 0.2 s; must be the scenario's dt, 0.05 s "
+            "(nfopidn.fractional.retune converts gains)");
+  Scenario scenario = Scenario::published();
+  EXPECT_FALSE(simulate(scenario, design).diverged);
+  scenario.trajectory = make([] {
+    TrajectorySettings settings;
+    settings.dt = 0.05;
+    return settings;
+  }());
+  EXPECT_EQ(simulate(scenario, design).status, Status::inconsistent);
+  EXPECT_EQ(*tuned_nominal().sample_time, 0.2);
+}
+
+TEST(SampleTime, OfADocumentIsNotThatOfWhatItIsReadInto) {
+  ControllerDesign design = tuned_nominal();
+  ASSERT_TRUE(read_controller({{"format", controller_format}, {"version", 1}}, design));
+  EXPECT_FALSE(design.sample_time.has_value());
+  design.sample_time = 0.1;
+  ControllerDesign copy;
+  ASSERT_TRUE(read_controller(write_controller(design), copy));
+  EXPECT_EQ(*copy.sample_time, 0.1);
+}
+
 TEST(Documents, ALawThatIsNoneIsRefused) {
   rivals::RivalDesign design;
   const Json document = {{"format", rival_format}, {"version", 1}, {"law", "magic"}};

@@ -54,6 +54,7 @@ Knobs<Settings> controller_knobs() {
   knobs["lateral"].given = [](Settings& s) { s.lateral = Lateral::plain; };
   knobs["speed_scale"].turns = {[](Settings& s) { s.speed_scale = 0.5; }};
   knobs["speed_scale"].given = [](Settings& s) { s.lateral = Lateral::speed; };
+  knobs["sample_time"].turns = {[](Settings& s) { s.sample_time = 0.1; }};
   knobs["anti_windup"].turns = all_choices(&Settings::anti_windup);
   knobs["anti_windup"].given = [](Settings& s) { s = steady_settings(Form::incremental); };
   return knobs;
@@ -65,6 +66,11 @@ TEST(Knobs, EveryControllerSettingChangesTheCost) {
                   [&](const std::string& field, const Settings& base, const Settings& turned) {
                     Scenario scenario = short_scenario();
                     if (field == "anti_windup") scenario.torque_limit = 0.05;
+                    if (field == "sample_time") {  // it decides whether there is a run
+                      EXPECT_EQ(check_run(scenario, base), Status::ok);
+                      EXPECT_EQ(check_run(scenario, turned), Status::inconsistent);
+                      return;
+                    }
                     EXPECT_EQ(turned.validate(), Status::ok) << field;
                     const PreparedRun run = prepare(scenario);
                     costs.add(field, evaluate(run, base), evaluate(run, turned));

@@ -137,6 +137,7 @@ structures = {
     "lateral": any_of("plain", "direction", "speed"),
     "speed_scale": st.just(0.0) | logarithmic(1e-6, 1e6),
     "anti_windup": any_of("none", "hold", "clamp"),
+    "sample_time": st.none(),  # another than the scenario's is refused: test_sample_time.py
 }
 controllers = st.builds(
     Controller,

@@ -86,6 +86,18 @@ struct Memory {
   constexpr bool is_long() const { return samples > maximum_memory; }
 };
 
+// The sample time that gains or taps are made for [s]. 0 stands for unknown: such a controller fits
+// any. It is read where a run, a search or an export is set up, and never by the control step.
+template <class Base>
+struct SampleTime {
+  Base seconds = Base(0);
+
+  constexpr SampleTime() = default;
+  constexpr SampleTime(Base time) : seconds(time) {}
+  constexpr bool has_value() const { return seconds != Base(0); }
+  constexpr const Base& operator*() const { return seconds; }
+};
+
 // A lesser divisor of V_r counts as this one: 1/1e-40 is no float.
 constexpr double least_speed_scale = 1e-9;  // [m/s]
 
@@ -113,6 +125,7 @@ struct ControllerSettings {
   Lateral lateral = Lateral::direction;
   Base speed_scale = Base(0);
   AntiWindup anti_windup = AntiWindup::none;
+  SampleTime<Base> sample_time;
 
   constexpr Status validate() const noexcept { return check_ranges(*this).status; }
 
@@ -140,6 +153,8 @@ struct ControllerSettings {
                 "what the incremental form does at the torque limit"));
     visit(field("speed_scale", &S::speed_scale, "m/s", between(0, 1e6),
                 "divisor of V_r with lateral \"speed\"; 0: the trajectory's peak |V_r|"));
+    visit(field("sample_time", &S::sample_time, "s", greater_than(0),
+                "that gains or taps are made for; null (in words: unknown): not checked"));
   }
 };
 

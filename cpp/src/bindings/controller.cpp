@@ -15,6 +15,32 @@ PyController read_py_controller(const Json& document) {
   return PyController(design);
 }
 
+// A controller file of version 1 has no sample time. Said once a process: old files come in heaps.
+void warn_of_old_file(const std::string& path) {
+  static bool said = false;
+  if (said) return;
+  said = true;
+  const std::string text =
+      path + ": a controller file of version 1 does not carry its sample time; the controller is " +
+      "run at that of any scenario. Controller.replace(sample_time=...).save() writes it";
+  if (PyErr_WarnEx(PyExc_UserWarning, printable(text).c_str(), 1) != 0) {
+    throw py::error_already_set();
+  }
+}
+
+PyController load_py_controller(const std::string& path) {
+  ControllerDesign design;
+  bool is_old = false;
+  const auto reader = [&is_old](const Json& document, ControllerDesign& result) {
+    const Outcome outcome = read_controller(document, result);
+    is_old = outcome && document["version"] == 1;
+    return outcome;
+  };
+  check("Controller.load", load_document(path, reader, design));
+  if (is_old) warn_of_old_file(path);
+  return PyController(design);
+}
+
 ControllerDesign changed(const std::string& callable, ControllerDesign design,
                          const py::dict& arguments) {
   Settings& settings = design;
@@ -103,8 +129,8 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
                              const py::object& sigma, double dt, const py::object& prewarp,
                              const py::kwargs& structure) {
   const std::string callable = "Controller.from_continuous";
-  py::dict arguments =
-      bind_arguments(callable, settings_but({"gains", "alpha", "sigma"}), py::args(), structure);
+  py::dict arguments = bind_arguments(
+      callable, settings_but({"gains", "alpha", "sigma", "sample_time"}), py::args(), structure);
   arguments["gains"] = gains;
   arguments["alpha"] = alpha;
   arguments["sigma"] = sigma;
@@ -128,6 +154,7 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
         gain_factors(design.generator, design.alpha[channel], design.sigma[channel], dt, warp);
     for (std::size_t i = 0; i < 3; ++i) design.gains[channel][i] *= factors[i];
   }
+  design.sample_time = dt;
   // What dt makes of the gains may be beyond what a controller has.
   py::list made;
   for (const auto& row : design.gains) {
@@ -140,7 +167,7 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
 
 PyController from_taps(const py::object& taps, const py::kwargs& structure) {
   const std::string callable = "Controller.from_taps";
-  Json document = {{"format", controller_format}, {"version", document_version}};
+  Json document = {{"format", controller_format}, {"version", controller_version}};
   document.update(to_json(
       bind_arguments(callable, settings_but({"gains", "alpha", "sigma", "generator", "memory"}),
                      py::args(), structure)));
@@ -225,6 +252,13 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
 
 void bind_controller(py::module_& module) {
   module.attr("LEAST_SPEED_SCALE") = least_speed_scale;
+  module.def(
+      "check_sample_time",
+      [](const PyController& controller, double dt) {
+        const Outcome outcome = explain_sample_time(controller.settings, dt);
+        if (!outcome) throw py::value_error(outcome.message);
+      },
+      py::arg("controller"), py::arg("dt"));
   using C = PyController;
   const std::string rest = [] {
     Json defaults = write_settings(Settings{});
@@ -274,7 +308,8 @@ void bind_controller(py::module_& module) {
       "from_continuous", &from_continuous, py::arg("gains"), py::arg("alpha"), py::arg("sigma"),
       py::arg("dt"), py::arg("prewarp") = paper_prewarp,
       "from_continuous(gains, alpha, sigma, dt, prewarp=15.0, **structure)\n--\n\nFrom the "
-      "continuous gains Kp, Ki, Kd of eq. 25, (3, 3), for the sample time dt [s]. prewarp is\nw_c "
+      "continuous gains Kp, Ki, Kd of eq. 25, (3, 3), for the sample time dt [s], which\nis the "
+      "controller's sample_time then. prewarp is\nw_c "
       "[rad/s], None: 0; with generator \"gl\" it is not used.");
   cls.def_static(
       "from_taps", &from_taps, py::arg("taps"),
@@ -293,13 +328,10 @@ void bind_controller(py::module_& module) {
       },
       py::arg("text"), "from_json(text)\n--\n\nThe inverse of to_json.");
   cls.def_static(
-      "load",
-      [](const py::object& path) {
-        ControllerDesign design;
-        check("Controller.load", load_controller(file_name(path), design));
-        return C(design);
-      },
-      py::arg("path"), "load(path)\n--\n\nReads a controller file (JSON).");
+      "load", [](const py::object& path) { return load_py_controller(file_name(path)); },
+      py::arg("path"),
+      "load(path)\n--\n\nReads a controller file (JSON). A file of version 1 does not carry its "
+      "sample time, which a\nUserWarning says once a process.");
   cls.def(
       "save",
       [](const C& self, const py::object& path) {

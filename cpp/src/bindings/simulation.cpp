@@ -23,7 +23,9 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   if (py::isinstance<rivals::RivalDesign>(controller)) {
     run.driver = controller.cast<const rivals::RivalDesign&>();
   } else if (py::isinstance<PyController>(controller)) {
-    run.driver = controller.cast<const PyController&>().settings;
+    const ControllerDesign& design = controller.cast<const PyController&>().settings;
+    check("simulate", explain_sample_time(design, run.scenario.trajectory.dt()));
+    run.driver = design;
   } else if (!controller.is_none()) {
     throw py::type_error("simulate: controller must be a Controller or a Rival, not " +
                          py::str(py::type::of(controller)).cast<std::string>());

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from nfopidn._checks import no_rival
+from nfopidn._checks import check_sample_time, no_rival, scenario_or_published
 from nfopidn._core import Controller, Scenario
 from nfopidn._export.c_hardware import hardware_texts
 from nfopidn._export.c_law import law_texts
@@ -67,7 +67,8 @@ def export_c(
     ------
     ValueError
         A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
-        range of single precision, or a reference without a scenario.
+        range of single precision, a reference without a scenario, or a controller made for another
+        sample time than the scenario's.
     OSError
         A file cannot be written.
     """
@@ -76,6 +77,8 @@ def export_c(
     path = _referenced(scenario, reference)
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
     if hardware:
+        # Without a scenario the hardware part is made for the published one's sample time.
+        check_sample_time(controller, scenario_or_published(scenario))
         texts |= hardware_texts(scenario, name)
     if path is not None:
         texts |= c_reference_texts(path, name)
@@ -118,7 +121,8 @@ def export_cpp(
     ------
     ValueError
         A name that is no identifier or is the library's, ``lateral="speed"`` without a speed scale,
-        a tap beyond the range of single precision, or a reference without a scenario.
+        a tap beyond the range of single precision, a reference without a scenario, or a controller
+        made for another sample time than the scenario's.
     OSError
         A file cannot be written.
     """

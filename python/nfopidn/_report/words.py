@@ -65,6 +65,7 @@ CONTROLLER: Mapping[str, Words] = {
     "lateral": Words("Lateral error", "", "what the y channel is fed"),
     "anti_windup": Words("Anti-windup", "", "what the incremental form does at the torque limit"),
     "speed_scale": Words("Speed scale", "m/s", "divisor of the speed in the lateral error"),
+    "sample_time": Words("Sample time", "s", "that the gains are made for"),
 }
 
 RIVAL: Mapping[str, Words] = {

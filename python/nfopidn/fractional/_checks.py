@@ -9,8 +9,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from nfopidn._core import Controller
+
 POLES: Final = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
 """s -> scale (1 - w)/(1 + pole w), w = 1/z."""
+
+#: Two sample times count as one up to this share of them, as in the core.
+_SAME: Final = 1e-9
 
 LONGEST_MEMORY: Final = 10_000_000
 LONGEST_HORIZON: Final = 10_000_000
@@ -43,6 +48,19 @@ def order(name: str, value: Any) -> float:
 def sample_time(value: Any) -> float:
     """Return a sample time [s]."""
     return number("dt", value, 0.0, math.inf, " s")
+
+
+def controller_sample_time(controller: Controller, dt: Any) -> float:
+    """Return the sample time that a controller is made for [s]: dt, or for None its own."""
+    own = controller.sample_time
+    if dt is None:
+        if own is None:
+            raise ValueError("the controller does not know its sample time; give dt [s]")
+        return own
+    time = sample_time(dt)
+    if own is not None and abs(own - time) > _SAME * time:
+        raise ValueError(f"dt is {time:g} s; must be the controller's sample_time, {own:g} s")
+    return time
 
 
 def prewarp_frequency(value: Any, dt: float) -> float:

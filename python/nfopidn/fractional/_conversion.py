@@ -151,7 +151,7 @@ def controller_response(
 
 def retune(
     controller: Controller,
-    dt: float,
+    dt: float | None = None,
     *,
     new_dt: float | None = None,
     memory: float | None = None,
@@ -164,9 +164,10 @@ def retune(
     controller
         with gains and orders, not free taps
     dt
-        the sample time it was made for [s]
+        the sample time it was made for [s]; None: its own. It must be given where the controller
+        does not know its own, and must be that one where it does
     new_dt
-        the one wanted [s]; None: the same
+        the one wanted [s]; None: the same. It is the result's sample_time
     memory
         the memory wanted [samples], or math.inf; None: the same
     prewarp
@@ -185,13 +186,14 @@ def retune(
     controller = no_rival(controller)
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
-    dt = checks.sample_time(dt)
+    dt = checks.controller_sample_time(controller, dt)
     new = dt if new_dt is None else checks.number("new_dt", new_dt, 0.0, math.inf, " s")
     orders = (controller.alpha, controller.sigma)
     generator = controller.generator
     continuous = to_continuous(controller.gains, *orders, dt, prewarp=prewarp, generator=generator)
     gains = to_discrete(continuous, *orders, new, prewarp=prewarp, generator=generator)
     changes: dict[str, Any] = {} if memory is None else {"memory": memory}
+    changes["sample_time"] = new
     result = controller.replace(gains=gains if new != dt else controller.gains, **changes)
     band = checks.band(None, max(dt, new))
     omega = checks.frequencies(band)

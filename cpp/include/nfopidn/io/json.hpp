@@ -212,21 +212,25 @@ inline Outcome explain_consistency(const Scenario& scenario) {
 
 namespace json {
 
-inline Outcome check_header(const Json& document, const char* format) {
+// Documents of version 1 up to `newest` are read.
+inline Outcome check_header(const Json& document, const char* format,
+                            int newest = document_version) {
   if (!document.is_object()) return {Status::not_a_choice, "the document must be an object"};
   const auto found = document.find("format");
   if (found == document.end() || *found != format) {
     return {Status::not_a_choice, "format must be \"" + std::string(format) + "\""};
   }
   const auto version = document.find("version");
-  if (version == document.end() || !version->is_number_integer() ||
-      version->get<std::int64_t>() != document_version) {
+  const bool known = version != document.end() && version->is_number_integer() &&
+                     within(*version, between(1, newest));
+  if (!known) {
     return {Status::out_of_range,
             "version is " +
                 (version == document.end()
                      ? "missing"
                      : version->dump(-1, ' ', true, Json::error_handler_t::replace)) +
-                "; this library reads version " + std::to_string(document_version)};
+                "; this library reads version " + (newest > 1 ? "1 to " : "") +
+                std::to_string(newest)};
   }
   return {};
 }

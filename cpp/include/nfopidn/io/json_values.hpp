@@ -101,6 +101,14 @@ inline void read(const Json& value, const Context& context, Memory& result) {
   }
 }
 
+inline void read(const Json& value, const Context& context, SampleTime<double>& result) {
+  if (value.is_null()) {
+    result = {};
+  } else {
+    read(value, context, result.seconds);
+  }
+}
+
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 void read(const Json& value, const Context& context, Choice& result) {
   if (value.is_string()) {
@@ -205,6 +213,9 @@ Json write(Number value) {
 }
 inline Json write(const Memory& value) {
   return value.is_infinite() ? Json("inf") : Json(value.samples);
+}
+inline Json write(const SampleTime<double>& value) {
+  return value.has_value() ? Json(*value) : Json(nullptr);
 }
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 Json write(Choice value) {
