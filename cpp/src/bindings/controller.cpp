@@ -94,8 +94,8 @@ py::array to_vector(const PyController& self) {
   return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
 }
 
-PyController from_vector(const py::array_t<double, py::array::c_style | py::array::forcecast>& x,
-                         const py::kwargs& structure) {
+PyController from_vector(const py::object& given, const py::kwargs& structure) {
+  const Numbers x = real_numbers("Controller.from_vector", "x", given);
   if (x.ndim() != 1) {
     throw py::value_error("Controller.from_vector: x has " + std::to_string(x.ndim()) +
                           " dimensions; must have 1");
@@ -187,11 +187,11 @@ py::array taps(const PyController& self) {
   return read_only(std::move(table));
 }
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-py::tuple step(PyController& self, const Numbers& measurement, const Numbers& reference,
-               double torque_limit) {
+py::tuple step(PyController& self, const py::object& measured_numbers,
+               const py::object& reference_numbers, double torque_limit) {
   const std::string callable = "Controller.step";
+  const Numbers measurement = real_numbers(callable, "measurement", measured_numbers);
+  const Numbers reference = real_numbers(callable, "reference", reference_numbers);
   if (measurement.ndim() != 1 || measurement.size() < 3 || measurement.size() > 5) {
     throw py::value_error(callable + ": measurement has " + std::to_string(measurement.size()) +
                           " numbers; must have 3 to 5: x, y, theta, v, omega");
@@ -273,7 +273,8 @@ void bind_controller(py::module_& module) {
   const std::string doc =
       "Controller(" + rest +
       ")\n--\n\nThe NFOPIDN controller: settings, and the law itself in step(). A setting out of "
-      "range\nraises ValueError.\n\nParameters\n----------\n" +
+      "range\nraises ValueError. Copies, pickles and replace() have the settings and are at rest; "
+      "copy(state=True)\nkeeps the past errors.\n\nParameters\n----------\n" +
       parameters_text<Settings>(field_names<Settings>());
   py::class_<C> cls(module, "Controller", py::is_final(), doc.c_str());
   cls.def(py::init(&make_controller));
@@ -387,6 +388,22 @@ void bind_controller(py::module_& module) {
         return py::make_tuple(torque.left, torque.right);
       },
       "feedback(self)\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
+  cls.def(
+      "copy",
+      [](const C& self, bool state) {
+        C copy(self.settings);
+        if (!state) return copy;
+        if (self.running) copy.running = std::make_unique<RuntimeController>(*self.running);
+        if (self.running_long) {
+          copy.running_long = std::make_unique<LongController>(*self.running_long);
+        }
+        copy.torque_limit = self.torque_limit;
+        return copy;
+      },
+      py::arg("state") = false,
+      "copy(self, state=False)\n--\n\nA copy at rest, as copy.copy(), replace() and pickle make "
+      "it; "
+      "with `state` one that goes on\nfrom the same past errors and torque.");
   cls.def("__repr__", [](const C& self) {
     const std::string changes = arguments_text<Settings>(self.settings, false);
     if (self.settings.taps.empty()) return "Controller.published(" + changes + ")";

@@ -37,8 +37,8 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   return run;
 }
 
-PyResult run_torques(const Scenario& scenario,
-                     const py::array_t<double, py::array::c_style | py::array::forcecast>& torque) {
+PyResult run_torques(const Scenario& scenario, const py::object& given) {
+  const Numbers torque = real_numbers("play", "torque", given);
   const py::ssize_t samples = scenario.trajectory.size();
   if (torque.ndim() != 2 || torque.shape(0) != samples || torque.shape(1) != 2) {
     throw py::value_error("torque must have the shape (" + std::to_string(samples) + ", 2)");
