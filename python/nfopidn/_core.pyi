@@ -182,12 +182,27 @@ class Trajectory:
     ) -> Trajectory: ...
     @staticmethod
     def from_samples(
-        x: _Numbers, y: _Numbers, dt: float, heading: _Heading = "forward", laps: int = 1
+        x: _Numbers,
+        y: _Numbers,
+        dt: float,
+        heading: _Heading = "forward",
+        laps: int = 1,
+        theta: _Numbers | None = None,
+        reverse: _Numbers | Sequence[bool] | NDArray[np.bool_] | None = None,
+        closed: bool = False,
+        standstill_speed: float | None = None,
     ) -> Trajectory: ...
     @staticmethod
     def from_csv(
-        path: _Path, heading: _Heading = "forward", laps: int = 1, dt: float = 0.2
+        path: _Path,
+        heading: _Heading | None = None,
+        laps: int = 1,
+        dt: float | None = None,
+        closed: bool = False,
+        standstill_speed: float | None = None,
     ) -> Trajectory: ...
+    @property
+    def notes(self) -> tuple[str, ...]: ...
     @property
     def name(self) -> _Curve: ...
     @property
@@ -204,6 +219,8 @@ class Trajectory:
     def laps(self) -> int: ...
     @property
     def derivatives(self) -> _Derivatives: ...
+    @property
+    def standstill_speed(self) -> float | None: ...
     @property
     def t(self) -> _Array: ...
     @property

@@ -205,17 +205,59 @@ TEST(Documents, ALawThatIsNoneIsRefused) {
   EXPECT_NE(message.find("samson"), std::string::npos) << message;
 }
 
+TEST(Tables, DecimalsAreThoseOfTheText) {
+  const std::pair<const char*, int> texts[] = {
+      {"12", 0}, {"1.50", 2}, {"1.5e-3", 4}, {"1.5E+3", -2}, {"0.0e-999", 401}};
+  for (const auto& [text, digits] : texts) EXPECT_EQ(csv::decimals(text), digits) << text;
+}
+
+// Whole seconds could hide a missing sample as rounding: they may not.
+TEST(Tables, AMissingSampleIsNoRounding) {
+  const auto load = [](const std::string& text) {
+    csv::Table table;
+    Trajectory trajectory;
+    const Outcome outcome = csv::parse("p", text, table);
+    return outcome ? trajectory_from_table("p", table, {}, trajectory).message : outcome.message;
+  };
+  EXPECT_EQ(load("t,x,y\n0,0,0\n1,1,0\n2,2,0\n3,3,0\n4,4,0\n5,5,0\n"), "");
+  EXPECT_NE(load("t,x,y\n0,0,0\n1,1,0\n2,2,0\n4,3,0\n5,4,0\n6,5,0\n").find("equal steps"),
+            std::string::npos);
+}
+
+TEST(Tables, ColumnsMeanWhatTheirNamesSay) {
+  const auto expect = [](const char* name, const char* quantity, double factor) {
+    const csv::Meaning meaning = csv::meaning_of(name);
+    EXPECT_EQ(meaning.quantity, quantity) << name;
+    EXPECT_EQ(meaning.factor, factor) << name;
+  };
+  for (const char* name : {"t", "T", "time", "Timestamp", "stamp", "sec", "t_s", "time [s]"}) {
+    expect(name, "t", 1);
+  }
+  expect("t (ms)", "t", 1e-3);
+  expect("timestamp_ns", "t", 1e-9);
+  expect("X_m", "x", 1);
+  expect("y [cm]", "y", 1e-2);
+  expect("tx", "x", 1);
+  expect("Yaw", "theta", 1);
+  expect("theta_deg", "theta", M_PI / 180);
+  // What only looks like one of them keeps its own name.
+  for (const char* name : {"s", "s_m", "x_ref", "tau", "t_ref", "theta_ref", "seconds_left",
+                           "timeout", "x_ft", "heading", "psi_rad", "vx_mps"}) {
+    expect(name, name, 1);
+  }
+}
+
 TEST(Tables, KeepTheirResultWhenRefused) {
-  TrajectorySettings settings;
   Trajectory trajectory;
   csv::Table table;
   ASSERT_TRUE(csv::parse("p", "t,x,y\n0,0,0\n0.1,1,0\n0.2,2,1\n", table));
-  ASSERT_TRUE(trajectory_from_table("p", table, settings, trajectory));
+  ASSERT_TRUE(trajectory_from_table("p", table, {}, trajectory));
   EXPECT_EQ(trajectory.size(), 3);
   EXPECT_NEAR(trajectory.dt(), 0.1, 1e-15);
-  table.columns[0][2] = 0.3;
-  const Outcome outcome = trajectory_from_table("p", table, settings, trajectory);
-  EXPECT_EQ(outcome.message, "p:4: t does not rise in equal steps");
+  table.rows[1] = "0.15,1,0";
+  const Outcome outcome = trajectory_from_table("p", table, {}, trajectory);
+  EXPECT_EQ(outcome.message.find("p:3: column t does not rise in equal steps of 0.1 s"), 0U)
+      << outcome.message;
   EXPECT_EQ(trajectory.size(), 3);
 }
 

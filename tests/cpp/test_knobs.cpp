@@ -98,6 +98,7 @@ TEST(Knobs, EveryTrajectorySettingChangesTheCost) {
   knobs["scale"].turns = {[](T& t) { t.scale = 0.51; }};
   knobs["laps"].turns = {[](T& t) { t.laps = 2; }};
   knobs["derivatives"].turns = all_choices(&T::derivatives);
+  knobs["standstill_speed"].turns = {[](T& t) { t.standstill_speed = 0.1; }};
   DistinctCosts costs;
   const auto cost = [](const T& settings) {
     Scenario scenario;

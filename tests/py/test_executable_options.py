@@ -21,6 +21,7 @@ SETTINGS = {
     "--scale": ("0.9", "", "1.0", []),
     "--laps": ("2", "", "1", []),
     "--derivatives": ("analytic", "", "sampled", []),
+    "--standstill-speed": ("0.05", "m/s", "resolution", []),
     "--mass": ("10", "kg", "11.5", []),
     "--inertia": ("0.3", "kg m^2", "0.5873", []),
     "--track-width": ("0.39", "m", "0.452", []),
@@ -53,7 +54,7 @@ SETTINGS = {
     "--anti-windup": ("hold", "", "none", INCREMENTAL),
     "--sample-time": ("0.1", "s", "unknown", []),
 }
-FILES = {"--scenario", "--controller"}
+FILES = {"--scenario", "--controller", "--closed"}
 OUTPUTS = {"--out", "--save-scenario", "--save-controller", "--json", "--quiet"}
 TUNING = {"--tune", "--structure", "--maxfev", "--tune-seed"}  # test_tuning_commands.py
 PROGRAM = {"--help", "--version"}

@@ -170,6 +170,16 @@ inline void read(const Json& value, const Context& context, Allocation<double>& 
   }
 }
 
+inline void read(const Json& value, const Context& context, std::optional<double>& result) {
+  if (value.is_null()) {
+    result.reset();
+    return;
+  }
+  double number = 0;
+  read(value, context, number);
+  if (context.outcome->status == Status::ok) result = number;
+}
+
 template <std::size_t count>
 void read(const Json& value, const Context& context,
           std::optional<std::array<double, count>>& result) {
@@ -246,6 +256,9 @@ inline Json write(const Allocation<double>& value) {
       break;
   }
   return write(value.matrix);
+}
+inline Json write(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
 }
 template <std::size_t count>
 Json write(const std::optional<std::array<double, count>>& value) {

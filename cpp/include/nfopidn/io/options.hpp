@@ -81,6 +81,12 @@ struct Reading<Memory> {
   }
 };
 template <>
+struct Reading<std::optional<double>> {
+  static Json read(const std::string& text) {
+    return text == "resolution" ? Json(nullptr) : number_or_text(text);
+  }
+};
+template <>
 struct Reading<SampleTime<double>> {
   static Json read(const std::string& text) {
     return text == "unknown" ? Json(nullptr) : number_or_text(text);
