@@ -23,6 +23,7 @@ struct Arguments {
   std::string scenario_file, controller_file, out, save_scenario, save_controller, structure;
   std::int64_t maxfev = 10000;
   std::uint64_t tune_seed = 0;
+  bool closed = false;  // the path of --traj FILE ends where it began
   bool tune = false;
   bool json = false;
   bool quiet = false;
@@ -35,7 +36,15 @@ std::string format(const char* pattern, Values... values) {
   return line;
 }
 
-std::string default_text(const Json& value) {
+template <class Value>
+std::string default_text(const Value& field) {
+  if constexpr (std::is_same_v<std::decay_t<Value>, SampleTime<double>>) {
+    if (!field.has_value()) return "unknown";
+  }
+  if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<double>>) {
+    if (!field.has_value()) return "resolution";
+  }
+  const Json value = json::write(field);
   if (value.is_null()) return "the reference's start";
   if (value.is_string()) return value.get<std::string>();
   std::string text = value.dump();
@@ -65,7 +74,7 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
     const std::string key = field.name;
     const std::string unit = *field.unit == '\0' ? "" : " [" + std::string(field.unit) + "]";
     const std::string text = field.text + unit + choices_text<Value>() + " (default " +
-                             default_text(json::write(defaults.*field.member)) + ")";
+                             default_text(defaults.*field.member) + ")";
     if constexpr (std::is_same_v<Value, bool>) {
       // Of two opposites the last one counts: they act in the order of the command line.
       const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
@@ -100,10 +109,14 @@ void declare(CLI::App& app, Arguments& arguments) {
   add_options(app, "Scenario", published, arguments.scenario);
   add_options(app, "Controller", ControllerSettings<double>{}, arguments.controller);
   app.get_option("--traj")->description(app.get_option("--traj")->get_description() +
-                                        "; or FILE.csv with columns x, y and t");
+                                        "; or a file with columns x, y and a time, or --dt");
   app.get_option("--disturbance")
       ->description(app.get_option("--disturbance")->get_description() +
-                    "; or FILE.csv with columns force, moment");
+                    "; or a file with columns force, moment");
+  app.add_flag("--closed", arguments.closed,
+               "the path in the file of --traj is closed: its first point follows the last")
+      ->disable_flag_override()
+      ->group("Trajectory");
   add_file(app, "--scenario", arguments.scenario_file, "scenario file (JSON)");
   add_file(app, "--controller", arguments.controller_file, "controller file (JSON)");
   add_file(app, "--out", arguments.out, "write the run table here (CSV)");
@@ -142,36 +155,57 @@ void declare(CLI::App& app, Arguments& arguments) {
       "written).");
 }
 
-bool is_csv(const std::string& name) {
-  return name.size() > 4 && name.substr(name.size() - 4) == ".csv";
+bool ends_in_csv(const std::string& name) {
+  std::string end = name.size() > 4 ? name.substr(name.size() - 4) : "";
+  for (char& c : end) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return end == ".csv";
+}
+
+bool names_curve(const std::string& word) {
+  const auto& names = ChoiceNames<Curve>::names;
+  return std::find(std::begin(names), std::end(names), word) != std::end(names);
+}
+
+// Whether a word for --disturbance is a file's name: one that exists, or that ends as a table's.
+bool names_file(const std::string& word) { return ends_in_csv(word) || file_exists(word); }
+
+// Whether a word for --traj is. The name of a curve comes first; none has a point or a slash.
+bool names_path_file(const std::string& word) {
+  return !names_curve(word) && (names_file(word) || word.find_first_of("./") != std::string::npos);
+}
+
+// The trajectory in a table.
+Outcome load_path(const Arguments& arguments, Words words, Trajectory& result) {
+  const std::string path = words["name"];
+  words.erase("name");
+  for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
+    if (words.count(key) != 0) {
+      return {Status::inconsistent, std::string("--") + key + " does not apply to " + path};
+    }
+  }
+  TableReading reading;
+  const Json object = words_to_json<TrajectorySettings>(words);
+  if (Outcome outcome = read_settings(object, "trajectory", reading.settings); !outcome) {
+    return outcome;
+  }
+  reading.dt = words.count("dt") != 0 ? reading.settings.dt : 0;
+  reading.heading_given = words.count("heading") != 0;
+  reading.closed = arguments.closed;
+  return load_trajectory(path, reading, result);
 }
 
 // The trajectory that options ask for, over the one the scenario has.
 Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
-  Words words = arguments.trajectory;
-  if (words.empty()) return {};
+  const Words& words = arguments.trajectory;
   const auto name = words.find("name");
-  if (name != words.end() && is_csv(name->second)) {
-    const std::string path = name->second;
-    words.erase(name);
-    for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
-      if (words.count(key) != 0) {
-        return {Status::inconsistent, std::string("--") + key + " does not apply to " + path};
-      }
-    }
-    TrajectorySettings settings;
-    const Json object = words_to_json<TrajectorySettings>(words);
-    if (Outcome outcome = read_settings(object, "trajectory", settings); !outcome) return outcome;
-    Outcome outcome = load_trajectory(path, settings, scenario.trajectory);
-    const double step = scenario.trajectory.settings.dt;
-    if (outcome && words.count("dt") != 0 && step != settings.dt) {
-      return {Status::inconsistent, "--dt does not apply to " + path + ": its times are " +
-                                        format("%g", step) + " s apart"};
-    }
-    return outcome;
+  const bool is_file = name != words.end() && names_path_file(name->second);
+  if (arguments.closed && !is_file) {
+    return {Status::inconsistent, "--closed applies to --traj FILE alone"};
   }
+  if (words.empty()) return {};
+  if (is_file) return load_path(arguments, words, scenario.trajectory);
   if (name != words.end() && name->second == "samples") {
-    return {Status::not_a_choice, "--traj samples has no positions; give a FILE.csv"};
+    return {Status::not_a_choice, "--traj samples has no positions; give a file"};
   }
   Json object = write_trajectory(scenario.trajectory);
   if (name != words.end() && scenario.trajectory.settings.name == Curve::samples) {
@@ -185,24 +219,14 @@ Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
     return {Status::inconsistent, std::string("--cusps does not apply to the path ") +
                                       ChoiceNames<Curve>::names[static_cast<int>(curve)]};
   }
+  const TrajectorySettings& settings = scenario.trajectory.settings;
+  const bool by_motion = curve == Curve::samples || (settings.heading == HeadingChoice::forward &&
+                                                     settings.derivatives == Derivatives::sampled);
+  if (outcome && words.count("standstill_speed") != 0 && !by_motion) {
+    return {Status::inconsistent,
+            "--standstill-speed does not apply to a heading that is a closed form"};
+  }
   return outcome;
-}
-
-Outcome load_disturbance(const std::string& path, Json& result) {
-  std::string text;
-  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
-  csv::Table table;
-  if (Outcome outcome = csv::parse(path, text, table); !outcome) return outcome;
-  const std::vector<double>* force = csv::find(table, "force");
-  const std::vector<double>* moment = csv::find(table, "moment");
-  if (force == nullptr || moment == nullptr) {
-    return csv::fault(path, 1, "no columns force and moment in the header");
-  }
-  result = Json::array();
-  for (std::size_t k = 0; k < force->size(); ++k) {
-    result.push_back(Json::array({(*force)[k], (*moment)[k]}));
-  }
-  return {};
 }
 
 Outcome build_scenario(const Arguments& arguments, Scenario& scenario) {
@@ -220,9 +244,12 @@ Outcome build_scenario(const Arguments& arguments, Scenario& scenario) {
   if (Outcome outcome = read_settings(robot, "robot", scenario.robot); !outcome) return outcome;
   Json fields = words_to_json<Scenario>(arguments.scenario);
   const auto disturbance = arguments.scenario.find("disturbance");
-  if (disturbance != arguments.scenario.end() && is_csv(disturbance->second)) {
-    Outcome outcome = load_disturbance(disturbance->second, fields["disturbance"]);
+  if (disturbance != arguments.scenario.end() && names_file(disturbance->second)) {
+    std::vector<std::array<double, 2>> pairs;
+    const double dt = scenario.trajectory.dt();
+    Outcome outcome = load_disturbance(disturbance->second, dt, pairs);
     if (!outcome) return outcome;
+    fields["disturbance"] = pairs;
   }
   if (Outcome outcome = read_settings(fields, "", scenario); !outcome) return outcome;
   return explain_consistency(scenario);
@@ -274,7 +301,19 @@ Outcome refuse_ignored(const Arguments& arguments, const ControllerDesign& desig
   return {};
 }
 
-Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
+// A file's controller that does not know its sample time is run at the scenario's, which is said.
+void note_unknown_sample_time(const Arguments& arguments, const ControllerDesign& design,
+                              double dt) {
+  const bool by_option = arguments.controller.count("sample_time") != 0;
+  if (arguments.controller_file.empty() || by_option || arguments.quiet) return;
+  if (design.sample_time.has_value()) return;
+  std::cerr << "nfopidn_sim: " << printable(arguments.controller_file)
+            << " does not carry its sample time; the controller is run at the scenario's, "
+            << number_text(dt) << " s (--sample-time says it)\n";
+}
+
+Outcome build_controller(const Arguments& arguments, const Scenario& scenario,
+                         ControllerDesign& design) {
   Structure structure;
   if (!arguments.structure.empty()) {
     StructureName name{};
@@ -296,7 +335,14 @@ Outcome build_controller(const Arguments& arguments, ControllerDesign& design) {
   if (arguments.tune) {
     if (Outcome outcome = explain_memory_to_tune(design.memory); !outcome) return outcome;
   }
-  return explain_consistency(design);
+  const double dt = scenario.trajectory.dt();
+  Outcome outcome = explain_sample_time(design, dt);
+  if (!outcome && !arguments.controller_file.empty()) {
+    outcome.message = arguments.controller_file + ": " + outcome.message;
+  }
+  if (outcome) outcome = explain_consistency(design);
+  if (outcome) note_unknown_sample_time(arguments, design, dt);
+  return outcome;
 }
 
 // Which of the controller's numbers --tune searches for.
@@ -385,6 +431,7 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
     std::cerr << "nfopidn_sim: interrupted after " << found.evaluations << " evaluations\n";
   }
   design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
+  design.sample_time = scenario.trajectory.dt();
 }
 
 Json metrics_json(const SimulationResult& result) {
@@ -458,12 +505,12 @@ bool same_place(const std::string& one, const std::string& other) {
 // The files that the options name to be read.
 std::vector<std::string> inputs_of(const Arguments& arguments) {
   std::vector<std::string> inputs = {arguments.scenario_file, arguments.controller_file};
-  const auto add = [&](const Words& words, const char* key) {
+  const auto add = [&](const Words& words, const char* key, bool (*names)(const std::string&)) {
     const auto word = words.find(key);
-    if (word != words.end() && is_csv(word->second)) inputs.push_back(word->second);
+    if (word != words.end() && names(word->second)) inputs.push_back(word->second);
   };
-  add(arguments.trajectory, "name");
-  add(arguments.scenario, "disturbance");
+  add(arguments.trajectory, "name", names_path_file);
+  add(arguments.scenario, "disturbance", names_file);
   return inputs;
 }
 
@@ -504,7 +551,8 @@ int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
   if (Outcome outcome = build_scenario(arguments, scenario); !outcome) return fail(outcome);
-  if (Outcome outcome = build_controller(arguments, design); !outcome) return fail(outcome);
+  if (Outcome outcome = build_controller(arguments, scenario, design); !outcome)
+    return fail(outcome);
   if (arguments.tune && !arguments.controller_file.empty()) {
     if (Outcome outcome = check_start(arguments, design); !outcome) return fail(outcome);
   }
@@ -514,6 +562,11 @@ int run(const Arguments& arguments) {
   const Outputs outputs = {arguments.out, arguments.save_scenario, arguments.save_controller};
   if (Outcome outcome = check_outputs(outputs, inputs_of(arguments)); !outcome) {
     return fail(outcome);
+  }
+  if (!arguments.quiet) {
+    for (const std::string& note : scenario.trajectory.notes) {
+      std::cerr << "nfopidn_sim: " << printable(note) << "\n";
+    }
   }
   if (arguments.tune) tune_design(arguments, scenario, design);
   requests.reset();

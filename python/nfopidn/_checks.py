@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
 
 _MOST = 10**9
@@ -127,15 +128,33 @@ def scenario_or_published(scenario: Any) -> Scenario:
     return scenario
 
 
-def controller_or_published(controller: Any) -> Controller:
+def controller_or_published(controller: Any, scenario: Scenario) -> Controller:
     """Return the controller, for None the published one.
 
     Raises
     ------
     ValueError
-        A rival, or no controller.
+        A rival, no controller, or one made for another sample time than the scenario's.
     """
-    return Controller.published() if controller is None else no_rival(controller)
+    if controller is None:
+        return Controller.published()
+    check_sample_time(no_rival(controller), scenario)
+    return no_rival(controller)
+
+
+def check_sample_time(controller: Any, scenario: Scenario) -> None:
+    """Refuse a controller made for another sample time than the scenario's.
+
+    One that does not know its own fits any, and so does a rival: its parameters are of continuous
+    time, and what it needs of the sample time it takes from the scenario.
+
+    Raises
+    ------
+    ValueError
+        Names both sample times.
+    """
+    if isinstance(controller, Controller):
+        _core.check_sample_time(controller, scenario.trajectory.dt)
 
 
 def no_rival(controller: Any) -> Controller:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
@@ -30,7 +31,21 @@ def load_controller(path: str) -> Controller | Rival:
         rival = json.loads(Path(path).read_text(encoding="utf-8"))["format"] == "nfopidn-rival"
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         rival = False  # Controller.load says what is wrong
-    return Rival.load(path) if rival else Controller.load(path)
+    return Rival.load(path) if rival else load_nfopidn(path)
+
+
+def load_nfopidn(path: str) -> Controller:
+    """Read a controller file, and say if it does not carry its sample time."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # said below, for every file
+        controller = Controller.load(path)
+    if controller.sample_time is None:
+        print(
+            f"nfopidn: {path} does not carry its sample time; the controller is taken to be made "
+            "for the scenario's",
+            file=sys.stderr,
+        )
+    return controller
 
 
 def check_picture(path: str | None) -> None:

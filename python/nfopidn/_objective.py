@@ -40,7 +40,8 @@ class Objective:
         workers: int = 1,
     ) -> None:
         """Take the arguments of tune()."""
-        search = make_search(structure, bounds, frozen, tied)
+        scenarios = scenarios_of(scenario)
+        search = make_search(structure, bounds, frozen, tied, scenarios)
         if not isinstance(search, ControllerSearch):
             raise ValueError(f"structure is {structure!r}, a rival; must be one of a Controller")
         check_share(risk, workers)
@@ -49,7 +50,6 @@ class Objective:
         self.parameters = search.names
         #: (p, 2): low and high of each.
         self.bounds = np.column_stack([search.low, search.high])
-        scenarios = scenarios_of(scenario)
         self._function = cost_function(scenarios, search, risk, workers)
         # Copies: what the caller makes of its own afterwards is not this objective's.
         self._arguments: dict[str, Any] = {

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from nfopidn import _core
-from nfopidn._checks import check_encoding, is_number, real_numbers
-from nfopidn._core import Controller, Rival, Robot, Scenario
+from nfopidn._checks import check_encoding, check_sample_time, is_number, real_numbers
+from nfopidn._core import Controller, Rival, Scenario
 from nfopidn._search import Array, check_bounds
 
 #: What a Robot is made of.
@@ -77,13 +77,23 @@ class ControllerSearch(Search):
             raise ValueError("start must be a Controller")
         if controller.memory != self.base.memory:
             raise ValueError(f"start has memory {controller.memory}; must have {self.base.memory}")
+        own = self.base.sample_time
+        if own is not None:
+            try:
+                _core.check_sample_time(controller, own)
+            except ValueError as error:
+                raise ValueError(f"start: {error}") from None
         if controller.gains is None and self.parameters != "taps":
             raise ValueError("start has free taps; the structure needs gains and orders")
         return self.free(_core.parameters(self.base, self.parameters, controller))
 
     def problem(self) -> dict[str, Any]:
         """Describe what is searched for, for a checkpoint."""
-        return {"controller": json.loads(self.base.to_json()), "parameters": self.parameters}
+        controller = json.loads(self.base.to_json())
+        # The scenarios have it; a checkpoint from before controllers had one is still the same.
+        del controller["sample_time"]
+        controller["version"] = 1
+        return {"controller": controller, "parameters": self.parameters}
 
     def run(
         self, scenarios: list[Scenario], risk: float, workers: int, request: Request
@@ -223,23 +233,38 @@ def _known(name: str, names: Sequence[str], argument: str) -> int:
     return names.index(name)
 
 
+def _of_sample_time(base: Controller, scenarios: Sequence[Scenario]) -> Controller:
+    """Give it the scenarios' sample time; where they have several, it is made for none of them."""
+    for scenario in scenarios:
+        try:
+            check_sample_time(base, scenario)
+        except ValueError as error:
+            raise ValueError(f"structure: {error}") from None
+    times = {scenario.trajectory.dt for scenario in scenarios}
+    return base.replace(sample_time=times.pop()) if len(times) == 1 else base
+
+
 def make_search(
     structure: Structure,
     bounds: Any,
     frozen: Mapping[str, float] | None,
     tied: Mapping[str, str] | None,
-    robot: Robot | None = None,
+    scenarios: Sequence[Scenario] = (),
 ) -> Search:
-    """Check what tune() is given of a structure's parameters; the robot is a rival's model."""
+    """Check what tune() is given of a structure's parameters.
+
+    The scenarios give a rival its model of the robot, and a controller its sample time.
+    """
     if structure is not None and is_rival(structure):
         rival, box = _rival_box(structure)
-        if robot is not None and "robot" not in structure:
-            rival = rival.replace(robot=robot)
+        if scenarios and "robot" not in structure:
+            rival = rival.replace(robot=scenarios[0].robot)
         rivals = RivalSearch(*_free_box(box, bounds, frozen, tied), rival)
         for corner in (rivals.low, rivals.high):  # refuses what a rival may not have
             rivals.controller(corner)
         return rivals
     base, parameters, box = _controller_box(structure)
+    base = _of_sample_time(base, scenarios)
     search = ControllerSearch(*_free_box(box, bounds, frozen, tied), base, parameters)
     for corner in (search.low, search.high):  # refuses what a controller may not have
         Controller.from_json(search.controller(corner).to_json())

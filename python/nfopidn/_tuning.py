@@ -192,7 +192,7 @@ def _tune(
 ) -> TuneResult:
     """Search as tune() does; also a stage of such a search, which may end without a finite cost."""
     scenarios = scenarios_of(scenario)
-    search = make_search(structure, bounds, frozen, tied, scenarios[0].robot)
+    search = make_search(structure, bounds, frozen, tied, scenarios)
     stages = _stages(structure, search, start, {"bounds": bounds, "frozen": frozen, "tied": tied})
     settings = check_settings(
         *(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback),

@@ -18,6 +18,7 @@ from nfopidn._files import (
     check_picture,
     kept,
     load_controller,
+    load_nfopidn,
     raise_kept,
     save_picture,
 )
@@ -182,7 +183,7 @@ def _add_tune(commands: Any) -> None:
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    controller = nfopidn.Controller.load(arguments.controller)
+    controller = load_nfopidn(arguments.controller)
     scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
     written = []
     in_c = arguments.c or not arguments.cpp

@@ -165,6 +165,38 @@ TEST(Documents, OrdersThatHaveNoModesAreRefusedWithALongMemory) {
             "sigma is 2; must be in (0, 2) with a memory beyond 1024");
 }
 
+// A run takes the sample time of its own scenario alone, to within what a log's stamps can tell.
+TEST(SampleTime, DecidesWhichRunsThereAre) {
+  ControllerDesign design;
+  EXPECT_FALSE(design.sample_time.has_value());
+  for (const double dt : {1e-6, 0.05, 1e3}) EXPECT_TRUE(explain_sample_time(design, dt));
+  design.sample_time = 0.2;
+  EXPECT_TRUE(explain_sample_time(design, 0.2 * (1 + 9e-10)));
+  EXPECT_FALSE(explain_sample_time(design, 0.2 * (1 + 2e-9)));
+  EXPECT_EQ(explain_sample_time(design, 0.05).message,
+            "sample_time of the controller is 0.2 s; must be the scenario's dt, 0.05 s "
+            "(nfopidn.fractional.retune converts gains)");
+  Scenario scenario = Scenario::published();
+  EXPECT_FALSE(simulate(scenario, design).diverged);
+  scenario.trajectory = make([] {
+    TrajectorySettings settings;
+    settings.dt = 0.05;
+    return settings;
+  }());
+  EXPECT_EQ(simulate(scenario, design).status, Status::inconsistent);
+  EXPECT_EQ(*tuned_nominal().sample_time, 0.2);
+}
+
+TEST(SampleTime, OfADocumentIsNotThatOfWhatItIsReadInto) {
+  ControllerDesign design = tuned_nominal();
+  ASSERT_TRUE(read_controller({{"format", controller_format}, {"version", 1}}, design));
+  EXPECT_FALSE(design.sample_time.has_value());
+  design.sample_time = 0.1;
+  ControllerDesign copy;
+  ASSERT_TRUE(read_controller(write_controller(design), copy));
+  EXPECT_EQ(*copy.sample_time, 0.1);
+}
+
 TEST(Documents, ALawThatIsNoneIsRefused) {
   rivals::RivalDesign design;
   const Json document = {{"format", rival_format}, {"version", 1}, {"law", "magic"}};
@@ -173,17 +205,59 @@ TEST(Documents, ALawThatIsNoneIsRefused) {
   EXPECT_NE(message.find("samson"), std::string::npos) << message;
 }
 
+TEST(Tables, DecimalsAreThoseOfTheText) {
+  const std::pair<const char*, int> texts[] = {
+      {"12", 0}, {"1.50", 2}, {"1.5e-3", 4}, {"1.5E+3", -2}, {"0.0e-999", 401}};
+  for (const auto& [text, digits] : texts) EXPECT_EQ(csv::decimals(text), digits) << text;
+}
+
+// Whole seconds could hide a missing sample as rounding: they may not.
+TEST(Tables, AMissingSampleIsNoRounding) {
+  const auto load = [](const std::string& text) {
+    csv::Table table;
+    Trajectory trajectory;
+    const Outcome outcome = csv::parse("p", text, table);
+    return outcome ? trajectory_from_table("p", table, {}, trajectory).message : outcome.message;
+  };
+  EXPECT_EQ(load("t,x,y\n0,0,0\n1,1,0\n2,2,0\n3,3,0\n4,4,0\n5,5,0\n"), "");
+  EXPECT_NE(load("t,x,y\n0,0,0\n1,1,0\n2,2,0\n4,3,0\n5,4,0\n6,5,0\n").find("equal steps"),
+            std::string::npos);
+}
+
+TEST(Tables, ColumnsMeanWhatTheirNamesSay) {
+  const auto expect = [](const char* name, const char* quantity, double factor) {
+    const csv::Meaning meaning = csv::meaning_of(name);
+    EXPECT_EQ(meaning.quantity, quantity) << name;
+    EXPECT_EQ(meaning.factor, factor) << name;
+  };
+  for (const char* name : {"t", "T", "time", "Timestamp", "stamp", "sec", "t_s", "time [s]"}) {
+    expect(name, "t", 1);
+  }
+  expect("t (ms)", "t", 1e-3);
+  expect("timestamp_ns", "t", 1e-9);
+  expect("X_m", "x", 1);
+  expect("y [cm]", "y", 1e-2);
+  expect("tx", "x", 1);
+  expect("Yaw", "theta", 1);
+  expect("theta_deg", "theta", M_PI / 180);
+  // What only looks like one of them keeps its own name.
+  for (const char* name : {"s", "s_m", "x_ref", "tau", "t_ref", "theta_ref", "seconds_left",
+                           "timeout", "x_ft", "heading", "psi_rad", "vx_mps"}) {
+    expect(name, name, 1);
+  }
+}
+
 TEST(Tables, KeepTheirResultWhenRefused) {
-  TrajectorySettings settings;
   Trajectory trajectory;
   csv::Table table;
   ASSERT_TRUE(csv::parse("p", "t,x,y\n0,0,0\n0.1,1,0\n0.2,2,1\n", table));
-  ASSERT_TRUE(trajectory_from_table("p", table, settings, trajectory));
+  ASSERT_TRUE(trajectory_from_table("p", table, {}, trajectory));
   EXPECT_EQ(trajectory.size(), 3);
   EXPECT_NEAR(trajectory.dt(), 0.1, 1e-15);
-  table.columns[0][2] = 0.3;
-  const Outcome outcome = trajectory_from_table("p", table, settings, trajectory);
-  EXPECT_EQ(outcome.message, "p:4: t does not rise in equal steps");
+  table.rows[1] = "0.15,1,0";
+  const Outcome outcome = trajectory_from_table("p", table, {}, trajectory);
+  EXPECT_EQ(outcome.message.find("p:3: column t does not rise in equal steps of 0.1 s"), 0U)
+      << outcome.message;
   EXPECT_EQ(trajectory.size(), 3);
 }
 

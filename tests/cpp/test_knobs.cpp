@@ -97,6 +97,7 @@ Knobs<Settings> controller_knobs() {
   knobs["lateral"].given = [](Settings& s) { s.lateral = Lateral::plain; };
   knobs["speed_scale"].turns = {[](Settings& s) { s.speed_scale = 0.5; }};
   knobs["speed_scale"].given = [](Settings& s) { s.lateral = Lateral::speed; };
+  knobs["sample_time"].turns = {[](Settings& s) { s.sample_time = 0.1; }};
   knobs["anti_windup"].turns = all_choices(&Settings::anti_windup);
   knobs["anti_windup"].given = [](Settings& s) { s = steady_settings(Form::incremental); };
   add_tracking_knobs(knobs);
@@ -109,6 +110,11 @@ TEST(Knobs, EveryControllerSettingChangesTheCost) {
                   [&](const std::string& field, const Settings& base, const Settings& turned) {
                     Scenario scenario = short_scenario();
                     if (field == "anti_windup") scenario.torque_limit = 0.05;
+                    if (field == "sample_time") {  // it decides whether there is a run
+                      EXPECT_EQ(check_run(scenario, base), Status::ok);
+                      EXPECT_EQ(check_run(scenario, turned), Status::inconsistent);
+                      return;
+                    }
                     EXPECT_EQ(turned.validate(), Status::ok) << field;
                     const PreparedRun run = prepare(scenario);
                     costs.add(field, evaluate(run, base), evaluate(run, turned));
@@ -136,6 +142,7 @@ TEST(Knobs, EveryTrajectorySettingChangesTheCost) {
   knobs["scale"].turns = {[](T& t) { t.scale = 0.51; }};
   knobs["laps"].turns = {[](T& t) { t.laps = 2; }};
   knobs["derivatives"].turns = all_choices(&T::derivatives);
+  knobs["standstill_speed"].turns = {[](T& t) { t.standstill_speed = 0.1; }};
   DistinctCosts costs;
   const auto cost = [](const T& settings) {
     Scenario scenario;

@@ -116,6 +116,133 @@ TEST(SampledTrajectory, HeadingHoldsWhereTheSamplesStandStill) {
   }
 }
 
+// At rest for 10 s, then off in one direction and at 0.3 m/s; positions are as `given` has them.
+template <class Given>
+Samples departure(double dt, const Given& given) {
+  const int count = static_cast<int>(40 / dt);
+  Samples samples;
+  samples.x.resize(count);
+  samples.y.resize(count);
+  for (int k = 0; k < count; ++k) {
+    const double t = std::max(0.0, k * dt - 10);
+    const double way = t < 5 ? 0.03 * t * t : 0.75 + 0.3 * (t - 5);
+    samples.x(k) = given(way * std::cos(0.7));
+    samples.y(k) = given(way * std::sin(0.7));
+  }
+  return samples;
+}
+
+double turned(const Trajectory& t) { return t.theta.maxCoeff() - t.theta.minCoeff(); }
+
+// Noise at rest is no motion: without a threshold these headings span 19 to 96 rad.
+TEST(SampledTrajectory, NoiseAtAStandstillDoesNotTurnTheReference) {
+  for (const double dt : {0.2, 0.02}) {
+    for (const double noise : {1e-9, 1e-7, 1e-5}) {
+      Random random(1);
+      const Samples samples = departure(dt, [&](double p) { return p + noise * random.normal(); });
+      auto settings = lap_settings();
+      settings.dt = dt;
+      Trajectory t;
+      ASSERT_EQ(make_trajectory(samples, settings, t), Status::ok);
+      EXPECT_LT(turned(t), 0.3) << dt << " " << noise;
+      ASSERT_EQ(t.notes.size(), 1U);
+      EXPECT_NE(t.notes[0].find("the heading holds at "), std::string::npos);
+      // Held samples move along no heading, so that the speed has no bias.
+      EXPECT_LT(std::fabs(t.v.head(static_cast<Eigen::Index>(9 / dt)).mean()), noise / dt);
+      settings.standstill_speed = 0;
+      ASSERT_EQ(make_trajectory(samples, settings, t), Status::ok);
+      EXPECT_GT(turned(t), 6) << dt << " " << noise;
+      EXPECT_TRUE(t.notes.empty());
+    }
+  }
+}
+
+// Positions of three digits move off in steps of a millimetre along either axis.
+TEST(SampledTrajectory, CreepingOffInWholeDigitsDoesNotTurnTheReference) {
+  Samples samples;
+  const Eigen::ArrayXd way = 4e-6 * Eigen::ArrayXd::LinSpaced(150, 0, 149).cube();
+  samples.x = (1e3 * std::cos(0.7) * way).round() / 1e3;
+  samples.y = (1e3 * std::sin(0.7) * way).round() / 1e3;
+  auto settings = lap_settings();
+  settings.dt = 0.2;
+  Trajectory t;
+  ASSERT_EQ(make_trajectory(samples, settings, t), Status::ok);
+  EXPECT_LT(turned(t), 0.3);
+  settings.standstill_speed = 0;
+  ASSERT_EQ(make_trajectory(samples, settings, t), Status::ok);
+  EXPECT_GT(turned(t), 0.7);
+}
+
+// Without noise or rounding nothing is held but what stands still, and nothing is said.
+TEST(SampledTrajectory, ExactPositionsHaveNoThreshold) {
+  const Samples samples = departure(0.02, [](double p) { return p; });
+  EXPECT_EQ(detail::standstill_speed(samples, 0.02), 1e-9);
+  for (const double dt : {0.1, 0.0703}) {
+    auto settings = lap_settings();
+    settings.dt = dt;
+    const Trajectory named = make(settings);
+    EXPECT_EQ(detail::standstill_speed({named.x, named.y, {}, {}}, dt), 1e-9);
+  }
+}
+
+// A robot that backs off, and one that goes forwards the same way with its heading given.
+TEST(SampledTrajectory, DirectionAndHeadingMayBeGiven) {
+  Samples samples;
+  samples.x = -0.1 * Eigen::ArrayXd::LinSpaced(9, 0, 8);
+  samples.y = Eigen::ArrayXd::Zero(9);
+  samples.reverse.assign(9, 1);
+  auto settings = lap_settings();
+  Trajectory t;
+  const auto backs_off = [&] {
+    EXPECT_LT((t.theta / (2 * M_PI) - (t.theta / (2 * M_PI)).round()).abs().maxCoeff(), 1e-12);
+    EXPECT_LT((t.v + 1).abs().maxCoeff(), 1e-12);
+    EXPECT_EQ(t.reverse, std::vector<unsigned char>(9, 1));
+  };
+  ASSERT_EQ(make_trajectory(samples, settings, t), Status::ok);
+  backs_off();
+  samples.reverse.clear();
+  samples.theta = Eigen::ArrayXd::Zero(9);
+  ASSERT_EQ(make_trajectory(samples, settings, t), Status::ok);
+  backs_off();
+  samples.reverse.assign(9, 0);
+  EXPECT_EQ(make_trajectory(samples, settings, t), Status::not_a_choice);
+  samples.reverse.assign(8, 1);
+  EXPECT_EQ(make_trajectory(samples, settings, t), Status::wrong_size);
+  samples.reverse.clear();
+  samples.theta.conservativeResize(8);
+  EXPECT_EQ(make_trajectory(samples, settings, t), Status::wrong_size);
+}
+
+// Turning on the spot is in the headings alone.
+TEST(SampledTrajectory, AGivenHeadingTurnsOnTheSpot) {
+  Samples samples;
+  samples.x = Eigen::ArrayXd::Zero(50);
+  samples.y = Eigen::ArrayXd::Zero(50);
+  samples.theta = Eigen::ArrayXd::LinSpaced(50, 0, 4.9);
+  for (double& angle : samples.theta) angle = math<double>::wrap(angle);
+  Trajectory t;
+  ASSERT_EQ(make_trajectory(samples, lap_settings(), t), Status::ok);
+  EXPECT_LT((t.omega - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_EQ(t.v.abs().maxCoeff(), 0);
+}
+
+TEST(SampledTrajectory, APathIsClosedOnce) {
+  Samples samples;
+  samples.x.resize(4);
+  samples.y.resize(4);
+  samples.x << 0, 1, 1, 0;
+  samples.y << 0, 0, 1, 1;
+  samples.reverse.assign(4, 0);
+  close_path(samples);
+  ASSERT_EQ(samples.x.size(), 5);
+  EXPECT_EQ(samples.x(4), 0);
+  EXPECT_EQ(samples.y(4), 0);
+  EXPECT_EQ(samples.reverse.size(), 5U);
+  EXPECT_EQ(samples.theta.size(), 0);
+  close_path(samples);
+  EXPECT_EQ(samples.x.size(), 5);
+}
+
 TEST(SampledTrajectory, LapsOfAClosedPathContinue) {
   auto settings = lap_settings();
   const Trajectory lap = make(settings);

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "fuzz.hpp"
-#include "nfopidn/io/json.hpp"
+#include "nfopidn/io/json_scenario.hpp"
 
 namespace nfopidn::fuzz {
 

@@ -35,4 +35,5 @@ CONTROLLER = Controller(
     lateral="speed",
     speed_scale=0.4,
     anti_windup="clamp",
+    sample_time=0.1,
 )

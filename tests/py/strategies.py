@@ -138,6 +138,7 @@ structures = {
     "net": any_of("increment", "whole"),
     "speed_scale": st.just(0.0) | logarithmic(1e-6, 1e6),
     "anti_windup": any_of("none", "hold", "clamp"),
+    "sample_time": st.none(),  # another than the scenario's is refused: test_sample_time.py
 }
 controllers = st.builds(
     Controller,

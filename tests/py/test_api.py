@@ -30,6 +30,8 @@ STRUCTURE = {
     "generator": "tustin",
     "lateral": "direction",
     "anti_windup": "none",
+    "speed_scale": 0.0,
+    "sample_time": None,
 }
 SCENARIO = {
     "initial_pose": None,

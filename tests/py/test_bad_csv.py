@@ -12,22 +12,29 @@ TABLES = {
     "NaN cell": ("x,y\n0,0\n1,1\n2,nan\n", [":4: ", '"nan"', "column y", "finite"]),
     "infinite cell": ("x,y\n0,0\n-inf,1\n2,1\n", [":3: ", '"-inf"', "column x", "finite"]),
     "beyond every float": ("x,y\n0,0\n1e400,1\n2,1\n", [":3: ", '"1e400"', "column x"]),
-    "text in another column": ("x,y,z\n0,0,0\n1,1,a\n2,1,0\n", [":3: ", '"a"', "column z"]),
     "bad UTF-8": (b"x,y\n0,0\n\xff,1\n2,1\n", [":3: ", "column x"]),
-    "line break in an old Mac's file": ("x,y\r0,0\r1,1\r2,1\r", [":1: ", "header"]),
-    "row too short": ("t,x,y\n0,0,0\n\n1,1\n2,2,0\n", [":4: ", "2 cells", "3"]),
+    "row too short": ("t,x,y\n0,0,0\n\n1,1\n2,2,0\n", [":4: ", "2 cells", "3: t, x, y"]),
     "row too long": ("x,y\n0,0\n1,1,1\n2,2\n", [":3: ", "3 cells", "2"]),
-    "semicolons": ("x;y\n0;0\n1;1\n2;2\n", [":2: ", '"0;0"']),
+    "decimal commas": ("x;y\n0,5;0\n1;1\n2;2\n", [":2: ", '"0,5"', "decimals need a point"]),
+    "UTF-16": ("x,y\n0,0\n".encode("utf-16"), [":1: ", "UTF-16"]),
+    "two times": (
+        "time,stamp,x,y\n0,0,0,0\n1,1,1,1\n2,2,2,2\n",
+        [":1: ", "time and stamp both stand for t"],
+    ),
+    "two of x": ("X,x_m,y\n0,0,0\n", [":1: ", "X and x_m both stand for x", "rename one"]),
+    "feet": ("x_ft,y_ft\n0,0\n", [":1: ", "x and y", "its columns are x_ft, y_ft"]),
+    "no time": ("x,y,speed\n0,0,1\n1,1,1\n2,2,1\n", [":1: ", "give dt", "are x, y, speed"]),
+    "reverse": ("t,x,y,reverse\n0,0,0,2\n1,1,1,0\n2,2,2,0\n", [":2: ", "reverse", "0 or 1"]),
     "no header": ("0,0,0\n1,1,1\n2,2,0\n", [":1: ", "no header"]),
-    "no header but numbers and names": ("x,1\n0,0\n", [":1: ", "no header"]),
+    "a comment and no header": ("# a\n0,0\n1,1\n", [":1: ", "x and y", "its columns are a"]),
     "empty file": ("", [":1: ", "empty"]),
     "blank file": ("\n \n\t\n", [":1: ", "empty"]),
     "no x": ("t,y\n0,0\n1,1\n2,2\n", [":1: ", "x and y"]),
     "no y": ("t,x\n0,0\n1,1\n2,2\n", [":1: ", "x and y"]),
-    "column twice": ("x,y,x\n0,0,0\n", [":1: ", "column x", "twice"]),
+    "column twice": ("x,y,x\n0,0,0\n", [":1: ", "x and x both stand for x"]),
     "no rows": ("t,x,y\n", ["0 samples", "at least 3"]),
     "too few rows": ("t,x,y\n0,0,0\n1,1,1\n", ["2 samples", "at least 3"]),
-    "t jumps": ("t,x,y\n0,0,0\n1,1,0\n2,2,0\n3.5,3,0\n", [":5: ", "equal steps"]),
+    "t jumps": ("t,x,y\n0,0,0\n1,1,0\n2,2,0\n3,3,0\n5,4,0\n", ["equal steps of 1.25 s", "off"]),
     "t stands": ("t,x,y\n0,0,0\n0,1,0\n0,2,0\n", [":3: ", "rise"]),
     "t falls": ("t,x,y\n2,0,0\n1,1,0\n0,2,0\n", [":3: ", "rise"]),
     "t too fast": ("t,x,y\n0,0,0\n1e-9,1,0\n2e-9,2,0\n", ["is 1e-09", "in [1e-06, 1000] s"]),
@@ -46,12 +53,14 @@ def table(tmp_path):
     return write
 
 
-@pytest.mark.parametrize(("content", "parts"), TABLES.values(), ids=TABLES.keys())
-def test_tables(content, parts, table, sim):
+@pytest.mark.parametrize("name", TABLES)
+def test_tables(name, table, sim):
+    content, parts = TABLES[name]
     path = table(content)
+    dt = [0.2] if content[:2] == "x," and name != "no time" else []
     with refused(str(path), *parts):
-        Trajectory.from_csv(path)
-    run = sim("--traj", path)
+        Trajectory.from_csv(path, **dict.fromkeys(["dt"] * len(dt), 0.2))
+    run = sim("--traj", path, *(["--dt", "0.2"] if dt else []))
     assert run.returncode == 2
     assert run.stdout == ""
     assert run.stderr.count("\n") == 1
@@ -71,7 +80,7 @@ def test_tables(content, parts, table, sim):
 )
 def test_settings(settings, parts, table):
     with refused(*parts):
-        Trajectory.from_csv(table("x,y\n0,0\n1,1\n2,1\n"), **settings)
+        Trajectory.from_csv(table("x,y\n0,0\n1,1\n2,1\n"), **({"dt": 0.2} | settings))
 
 
 def test_missing_file_and_directory(tmp_path):

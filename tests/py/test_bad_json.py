@@ -88,7 +88,12 @@ CHANGES = [
     ("controller", ["format"], REMOVED, ["format", '"nfopidn-controller"']),
     ("scenario", ["format"], 3, ["format", '"nfopidn-scenario"']),
     ("controller", ["version"], REMOVED, ["version is missing", "1"]),
-    ("controller", ["version"], 2, ["version is 2", "reads version 1"]),
+    ("controller", ["version"], 3, ["version is 3", "reads version 1 to 2"]),
+    ("controller", ["version"], 0, ["version is 0", "reads version 1 to 2"]),
+    ("controller", ["version"], 1, ["sample_time is known from version 2 on", "version is 1"]),
+    ("controller", ["sample_time"], 0, ["sample_time is 0", "greater than 0 s"]),
+    ("controller", ["sample_time"], -0.2, ["sample_time is -0.2", "greater than 0 s"]),
+    ("controller", ["sample_time"], "0.2", ['sample_time is "0.2"', "a number"]),
     ("scenario", ["version"], 2, ["version is 2", "reads version 1"]),
     ("scenario", ["version"], 0, ["version is 0", "reads version 1"]),
     ("scenario", ["version"], "1", ['version is "1"', "reads version 1"]),
@@ -145,7 +150,7 @@ def test_documents(change, complaint, tmp_path):
     check(complaint, kind, file, parts)
 
 
-START = '{"format": "nfopidn-controller", "version": 1, '
+START = '{"format": "nfopidn-controller", "version": 2, '
 TEXTS = {
     "empty": ("", ["not valid JSON", "line 1"]),
     "a list": ("[]", ["must be an object"]),
@@ -220,11 +225,14 @@ def test_deep_lists_as_arguments(make):
     assert "Error: " in run.stderr
 
 
+VERSIONS = {"scenario": 1, "controller": 2}
+
+
 @pytest.mark.parametrize("kind", CLASSES)
 def test_missing_keys_mean_the_same_to_both(kind, sim, tmp_path):
     """A document of nothing but its header: what the executable runs is what Python reads."""
     file, copied = tmp_path / "document.json", tmp_path / "copy.json"
-    file.write_text(json.dumps({"format": f"nfopidn-{kind}", "version": 1}))
+    file.write_text(json.dumps({"format": f"nfopidn-{kind}", "version": VERSIONS[kind]}))
     run = sim(f"--{kind}", file, f"--save-{kind}", copied, "--quiet")
     if run.returncode == 2:
         with pytest.raises(ValueError, match="trajectory"):

@@ -38,7 +38,7 @@ FAULTS = {
     "noise": (["--noise", "-1,0"], ["noise[0] is -1", "in [0, 1000] m, rad"]),
     "choice": (["--form", "Positional"], ['form is "Positional"', '"positional"', '"incremental"']),
     "path": (["--traj", "square"], ['"square"', "ranunculoid", "rounded_square"]),
-    "path of samples": (["--traj", "samples"], ["traj", ".csv"]),
+    "path of samples": (["--traj", "samples"], ["traj", "give a file"]),
     "another form than the structure's": (
         ["--tune", "--structure", "incremental", "--form", "positional"],
         ['form is "positional"; must be "incremental"'],
@@ -52,9 +52,20 @@ FAULTS = {
     "missing table": (["--traj", "none.csv"], ["none.csv", "No such file"]),
     "period of a table": (["--traj", "path.csv", "--period", "3"], ["--period", "path.csv"]),
     "cusps of a table": (["--traj", "path.csv", "--cusps", "3"], ["--cusps", "path.csv"]),
-    "step of a table with times": (["--traj", "timed.csv", "--dt", "0.3"], ["--dt", "0.2 s apart"]),
+    "step of a table with times": (
+        ["--traj", "timed.csv", "--dt", "0.3"],
+        ["timed.csv:4: ", "equal steps of the dt given, 0.3 s", "their mean step is 0.2 s"],
+    ),
+    "a table without times": (["--traj", "path.csv"], ["path.csv:1: ", "give dt"]),
+    "a missing file of another kind": (["--traj", "none.txt"], ["none.txt", "No such file"]),
+    "a directory as a path": (["--traj", "./"], ["./", "directory"]),
+    "closed without a file": (["--closed"], ["--closed", "--traj FILE"]),
+    "wind of another step": (
+        ["--disturbance", "timed_wind.csv"],
+        ["timed_wind.csv:3: ", "equal steps of the dt given, 0.2 s", "their mean step is 1 s"],
+    ),
     "cusps of a circle": (["--traj", "circle", "--cusps", "4"], ["--cusps", "circle"]),
-    "laps of an open table": (["--traj", "path.csv", "--laps", "2"], ["laps is 2", "must be 1"]),
+    "laps of an open table": (["--traj", "timed.csv", "--laps", "2"], ["laps is 2", "must be 1"]),
     "disturbance": (["--disturbance", "1"], ["disturbance is [1.0]", "2 numbers"]),
     "short disturbance": (["--disturbance", "wind.csv"], ["disturbance has 3", "751"]),
     "disturbance columns": (["--disturbance", "path.csv"], ["path.csv:1:", "force and moment"]),
@@ -72,9 +83,12 @@ FAULTS = {
     "a value for json": (["--json=false"], ["--json takes no value"]),
     "a value for tune": (["--tune=0"], ["--tune takes no value"]),
     "too long a memory to tune": (["--tune", "--memory", "inf"], ["memory is inf", "[0, 1024]"]),
-    "the table overwritten": (["--traj", "path.csv", "--out", "path.csv"], ["path.csv is to be"]),
+    "the table overwritten": (
+        ["--traj", "timed.csv", "--out", "timed.csv"],
+        ["timed.csv is to be"],
+    ),
     "the wind overwritten": (
-        ["--traj", "path.csv", "--disturbance", "wind.csv", "--out", "wind.csv"],
+        ["--traj", "timed.csv", "--disturbance", "wind.csv", "--out", "wind.csv"],
         ["wind.csv is to be read"],
     ),
     "the scenario overwritten": (
@@ -95,6 +109,7 @@ def folder(tmp_path):
     """A folder to run in, with some good files."""
     (tmp_path / "path.csv").write_text("x,y\n0,0\n1,1\n2,1\n")
     (tmp_path / "timed.csv").write_text("t,x,y\n0,0,0\n0.2,1,1\n0.4,2,1\n")
+    (tmp_path / "timed_wind.csv").write_text("t,force,moment\n0,0,0\n1,1,1\n2,2,1\n")
     (tmp_path / "wind.csv").write_text("force,moment\n0,0\n1,1\n2,1\n")
     Scenario.published().save(tmp_path / "scenario.json")
     by_channel = Controller.published(allocation="decoupled", alpha=[0.1, 0.2, 0.3])

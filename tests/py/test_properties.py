@@ -130,7 +130,7 @@ def test_vectors_and_taps(controller):
     vector = controller.to_vector()
     assert len(vector) in (11, 15)
     names = ["memory", "form", "allocation", "activation", "frame", "generator", "lateral"]
-    names += ["speed_scale", "anti_windup"]
+    names += ["speed_scale", "anti_windup", "sample_time"]
     structure = {name: getattr(controller, name) for name in names}
     assert Controller.from_vector(vector, **structure) == controller
     assert controller.taps.shape == (3, controller.memory + 2)

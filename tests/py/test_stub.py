@@ -27,6 +27,7 @@ MODULE = public(STUB.body)
 # they are documented, these are not.
 INNER = {
     "check_options",
+    "check_sample_time",
     "check_writable",
     "write_file",
     "analyse_loop",

@@ -152,7 +152,7 @@ def test_settings_as_a_structure():
     settings = {"memory": 2, "generator": "gl", "activation": "linear"}
     result = short(structure=settings)
     assert result.controller.replace(gains=[[0] * 3] * 3, alpha=0, sigma=0) == Controller(
-        [[0] * 3] * 3, 0, 0, **settings
+        [[0] * 3] * 3, 0, 0, **settings, sample_time=0.2
     )
     assert settings == {"memory": 2, "generator": "gl", "activation": "linear"}
     assert len(default_bounds({"memory": 2, "parameters": "taps"})) == 3 * 4

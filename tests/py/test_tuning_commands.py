@@ -336,7 +336,7 @@ FAULTS = {
 
 @pytest.mark.parametrize(("words", "parts"), FAULTS.values(), ids=FAULTS.keys())
 def test_the_command_refuses(words, parts, cli_tune, tmp_path):
-    Controller.published(memory=3).save(tmp_path / "start.json")
+    Controller.published(memory=3, sample_time=0.2).save(tmp_path / "start.json")
     (tmp_path / "deep.json").write_text("[" * 200_000)
     tune(rng=5, maxfev=20, checkpoint=tmp_path / "other")
     (tmp_path / "controller.json").write_text("precious")

@@ -77,7 +77,7 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
     if (settings.memory + 2 > Filter::capacity) return Status::out_of_range;
     if (!Structure::offers(settings)) return Status::inconsistent;
     if (!(limits.torque > Base(0)) || !(limits.speed_scale > Base(0))) return Status::out_of_range;
-    if (settings.net == Net::speed_errors && !(limits.sample_time > Base(0))) {
+    if (settings.net == Net::speed_errors && !(sample_time_of(settings, limits) > Base(0))) {
       return Status::out_of_range;
     }
     configure_structure(settings, limits);
@@ -102,7 +102,7 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
     structure_.choose(settings);
     limit_ = limits.torque;
     if constexpr (Structure::has_tracking_law) {
-      this->sample_time = limits.sample_time;
+      this->sample_time = sample_time_of(settings, limits);
     } else {
       this->choose_spare(structure_, limit_);
     }
@@ -203,6 +203,12 @@ class Controller : private detail::SpareTorque<Scalar>,  // bases, so that none 
 
  private:
   using M = math<Scalar>;
+
+  // The controller's own where it carries one, else that of the run.
+  static constexpr Base sample_time_of(const ControllerSettings<Base>& settings,
+                                       const ControlLimits<Base>& limits) {
+    return settings.sample_time.has_value() ? *settings.sample_time : limits.sample_time;
+  }
 
   constexpr void fuse_and_set(const ControllerSettings<Base>& settings) {
     Base taps[channel_count * Filter::capacity] = {};

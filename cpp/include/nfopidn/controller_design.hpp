@@ -46,4 +46,16 @@ inline Finding check_consistency(const ControllerDesign& design) {
   return {};
 }
 
+// Two sample times count as one up to this share of them: a log's stamps do not give the last
+// digit.
+constexpr double sample_time_tolerance = 1e-9;
+
+// A controller that does not know its sample time fits any. One that does is another controller at
+// a different sample time: its gains are those of differences and sums over samples.
+inline Finding check_sample_time(const ControllerSettings<double>& settings, double dt) {
+  const SampleTime<double>& own = settings.sample_time;
+  if (!own.has_value() || std::abs(*own - dt) <= sample_time_tolerance * dt) return {};
+  return {Status::inconsistent, "sample_time", *own, between(dt, dt)};
+}
+
 }  // namespace nfopidn

@@ -96,6 +96,18 @@ struct Memory {
   constexpr bool is_long() const { return samples > maximum_memory; }
 };
 
+// The sample time that gains or taps are made for [s]. 0 stands for unknown: such a controller fits
+// any. It is read where a run, a search or an export is set up, and never by the control step.
+template <class Base>
+struct SampleTime {
+  Base seconds = Base(0);
+
+  constexpr SampleTime() = default;
+  constexpr SampleTime(Base time) : seconds(time) {}
+  constexpr bool has_value() const { return seconds != Base(0); }
+  constexpr const Base& operator*() const { return seconds; }
+};
+
 // A lesser divisor of V_r counts as this one: 1/1e-40 is no float.
 constexpr double least_speed_scale = 1e-9;  // [m/s]
 
@@ -130,6 +142,7 @@ struct ControllerSettings {
   Lateral lateral = Lateral::direction;
   Base speed_scale = Base(0);
   AntiWindup anti_windup = AntiWindup::none;
+  SampleTime<Base> sample_time;
 
   // The tracking law (docs/theory.md): what it has besides eqs. 30-36. By default none of it acts.
   Net net = Net::increment;
@@ -226,6 +239,8 @@ struct ControllerSettings {
                 "speed v0 of lateral \"scheduled\""));
     visit(field("lateral_power", &S::lateral_power, "", between(-10, 10),
                 "power p of lateral \"scheduled\""));
+    visit(field("sample_time", &S::sample_time, "s", greater_than(0),
+                "that gains or taps are made for; null (in words: unknown): not checked"));
   }
 };
 

@@ -8,7 +8,7 @@
 
 #include "nfopidn/loop.hpp"
 #include "nfopidn/random.hpp"
-#include "nfopidn/trajectory.hpp"
+#include "nfopidn/samples.hpp"
 
 namespace nfopidn {
 

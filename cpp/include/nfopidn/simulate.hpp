@@ -121,7 +121,8 @@ inline Status check_run(const Scenario& scenario, const ControllerDesign& settin
   // A start beyond the divergence distance is a run that diverges at once.
   const Status consistency = whole == Status::inconsistent ? Status::ok : whole;
   for (const Status status : {check_ranges(scenario).status, scenario.robot.validate(), consistency,
-                              settings.validate(), check_consistency(settings).status}) {
+                              settings.validate(), check_consistency(settings).status,
+                              check_sample_time(settings, scenario.trajectory.dt()).status}) {
     if (status != Status::ok) return status;
   }
   if (settings.taps.empty()) return Status::ok;

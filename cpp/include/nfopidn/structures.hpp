@@ -87,6 +87,7 @@ inline ControllerDesign tuned_nominal() {
     settings.alpha[channel] = 0.46705030301507683;
     settings.sigma[channel] = 1.0;
   }
+  settings.sample_time = 0.2;  // the published scenario's
   return settings;
 }
 

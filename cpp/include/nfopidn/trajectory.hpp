@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,7 @@ struct TrajectorySettings {
   double scale = 1;
   int laps = 1;
   Derivatives derivatives = Derivatives::sampled;
+  std::optional<double> standstill_speed;
 
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
@@ -53,6 +55,9 @@ struct TrajectorySettings {
     visit(field("laps", &T::laps, "", between(1, 1e6), "number of laps"));
     visit(field("derivatives", &T::derivatives, "", any_number(),
                 "by differences of the samples, or closed forms"));
+    visit(field("standstill_speed", &T::standstill_speed, "m/s", between(0, 1e3),
+                "slower, the heading of the motion holds; null (in words: resolution): what the "
+                "positions of a path of samples resolve"));
   }
 };
 
@@ -64,6 +69,12 @@ struct Trajectory {
   Eigen::ArrayXd v, omega;                         // [m/s], [rad/s]
   Eigen::ArrayXd acceleration, turn_acceleration;  // [m/s^2], [rad/s^2]
   std::vector<unsigned char> reverse;              // 1 where the reference drives backwards
+  // Of a path of samples: one lap's headings [rad] and directions of travel as they were given;
+  // empty where they are those of the motion.
+  Eigen::ArrayXd given_theta;
+  std::vector<unsigned char> given_reverse;
+  // How it was read and what was made of it, in lines for people. No part of its value.
+  std::vector<std::string> notes;
 
   Eigen::Index size() const { return x.size(); }
   double dt() const { return settings.dt; }
@@ -94,20 +105,21 @@ inline void unwrap(Eigen::ArrayXd& angle, double turn = 2 * math<double>::pi) {
 
 namespace detail {
 
+constexpr double least_standstill_speed = 1e-9;  // [m/s]
+
 // The reverse flag; where the reference stands still it keeps the previous one.
-inline void mark_reverse(Trajectory& trajectory) {
+inline void mark_reverse(Trajectory& trajectory, double still = least_standstill_speed) {
   trajectory.reverse.assign(static_cast<std::size_t>(trajectory.size()), 0);
   unsigned char flag = 0;
   for (Eigen::Index k = 0; k < trajectory.size(); ++k) {
-    if (std::fabs(trajectory.v(k)) >= 1e-9) flag = trajectory.v(k) < 0 ? 1 : 0;
+    if (std::fabs(trajectory.v(k)) >= still) flag = trajectory.v(k) < 0 ? 1 : 0;
     trajectory.reverse[static_cast<std::size_t>(k)] = flag;
   }
 }
 
 // Where the samples stand still, the differences say nothing of the heading: it stays as it was, or
 // at the start as it will be.
-inline void hold_heading(const Eigen::ArrayXd& speed, Eigen::ArrayXd& heading) {
-  constexpr double still = 1e-9;  // [m/s]
+inline void hold_heading(const Eigen::ArrayXd& speed, double still, Eigen::ArrayXd& heading) {
   Eigen::Index known = 0;
   while (known < speed.size() && speed(known) < still) ++known;
   if (known == speed.size()) return;
@@ -136,17 +148,23 @@ inline void mend_cusps(Eigen::ArrayXd& heading) {
   }
 }
 
-// Everything from the sampled positions alone.
-inline void differentiate_positions(Trajectory& t) {
+// Everything from the sampled positions alone. Slower than `still` [m/s] the heading holds.
+inline void differentiate_positions(Trajectory& t, double still = least_standstill_speed) {
   const double dt = t.settings.dt;
   const Eigen::ArrayXd dx = gradient(t.x, dt);
   const Eigen::ArrayXd dy = gradient(t.y, dt);
   t.theta.resize(t.size());
   for (Eigen::Index k = 0; k < t.size(); ++k) t.theta(k) = math<double>::angle_of(dy(k), dx(k));
   t.v = (dx.square() + dy.square()).sqrt();
-  hold_heading(t.v, t.theta);
+  hold_heading(t.v, still, t.theta);
   if (t.settings.heading == HeadingChoice::forward) {
     unwrap(t.theta);
+    // What noise moves at a standstill is no motion along the heading.
+    for (Eigen::Index k = 0; still > least_standstill_speed && k < t.size(); ++k) {
+      if (t.v(k) >= still) continue;
+      const Heading<double> h = math<double>::heading(t.theta(k));
+      t.v(k) = dx(k) * h.cosine + dy(k) * h.sine;
+    }
   } else {
     // The heading as a line without a direction is continuous; v is the motion along it.
     mend_cusps(t.theta);
@@ -212,6 +230,7 @@ inline Status make_trajectory(const TrajectorySettings& settings, Trajectory& re
   const Finding finding = check_ranges(settings);
   if (finding.status != Status::ok) return finding.status;
   if (settings.name == Curve::samples) return Status::not_a_choice;
+  const double still = settings.standstill_speed.value_or(detail::least_standstill_speed);
   const double count = sample_count(settings);
   if (count < minimum_samples || count > maximum_samples) return Status::wrong_size;
   Trajectory t;
@@ -225,52 +244,10 @@ inline Status make_trajectory(const TrajectorySettings& settings, Trajectory& re
       t.turn_acceleration = gradient(t.omega, settings.dt);
     }
   } else if (settings.derivatives == Derivatives::sampled) {
-    detail::differentiate_positions(t);
+    detail::differentiate_positions(t, still);
   } else {
     detail::face_forward(t);
   }
-  detail::mark_reverse(t);
-  result = std::move(t);
-  return Status::ok;
-}
-
-namespace detail {
-
-// Runs a closed path `laps` times; the last point of a lap is the first of the next.
-inline Eigen::ArrayXd repeat_laps(const Eigen::ArrayXd& lap, int laps) {
-  const Eigen::Index steps = lap.size() - 1;
-  Eigen::ArrayXd all(steps * laps + 1);
-  for (int i = 0; i < laps; ++i) all.segment(i * steps, steps) = lap.head(steps);
-  all(all.size() - 1) = lap(steps);
-  return all;
-}
-
-}  // namespace detail
-
-// How far apart [m] the ends of a path may be for it to count as closed.
-constexpr double closing_distance = 1e-6;
-
-// A path through one lap's positions [m], settings.dt apart. Uses dt, heading and laps of the
-// settings; more than one lap needs a closed path. Derivatives are differences of the samples.
-inline Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
-                              const TrajectorySettings& settings, Trajectory& result) {
-  if (x.size() != y.size() || x.size() < minimum_samples) return Status::wrong_size;
-  if (static_cast<double>(x.size()) * settings.laps > maximum_samples) return Status::wrong_size;
-  if (!x.allFinite() || !y.allFinite()) return Status::not_finite;
-  Trajectory t;
-  t.settings.name = Curve::samples;
-  t.settings.dt = settings.dt;
-  t.settings.heading = settings.heading;
-  t.settings.laps = settings.laps;
-  const Finding finding = check_ranges(t.settings);
-  if (finding.status != Status::ok) return finding.status;
-  // Not among what is given, and so not checked: as short or long as the samples make it.
-  t.settings.period = settings.dt * static_cast<double>(x.size() - 1);
-  const double gap = std::hypot(x(x.size() - 1) - x(0), y(y.size() - 1) - y(0));
-  if (settings.laps > 1 && gap > closing_distance) return Status::inconsistent;
-  t.x = detail::repeat_laps(x, settings.laps);
-  t.y = detail::repeat_laps(y, settings.laps);
-  detail::differentiate_positions(t);
   detail::mark_reverse(t);
   result = std::move(t);
   return Status::ok;

@@ -9,7 +9,8 @@
 
 namespace nfopidn::python {
 
-using RuntimeController = Controller<double, Fir<double, maximum_memory + 2, maximum_memory>>;
+using RuntimeController = Controller<double, Fir<double, maximum_memory + 2, maximum_memory>,
+                                     TrackingStructure<double>>;
 
 // A controller's settings, and the law at work once step() is called.
 struct PyController {

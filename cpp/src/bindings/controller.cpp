@@ -15,6 +15,32 @@ PyController read_py_controller(const Json& document) {
   return PyController(design);
 }
 
+// A controller file of version 1 has no sample time. Said once a process: old files come in heaps.
+void warn_of_old_file(const std::string& path) {
+  static bool said = false;
+  if (said) return;
+  said = true;
+  const std::string text =
+      path + ": a controller file of version 1 does not carry its sample time; the controller is " +
+      "run at that of any scenario. Controller.replace(sample_time=...).save() writes it";
+  if (PyErr_WarnEx(PyExc_UserWarning, printable(text).c_str(), 1) != 0) {
+    throw py::error_already_set();
+  }
+}
+
+PyController load_py_controller(const std::string& path) {
+  ControllerDesign design;
+  bool is_old = false;
+  const auto reader = [&is_old](const Json& document, ControllerDesign& result) {
+    const Outcome outcome = read_controller(document, result);
+    is_old = outcome && document["version"] == 1;
+    return outcome;
+  };
+  check("Controller.load", load_document(path, reader, design));
+  if (is_old) warn_of_old_file(path);
+  return PyController(design);
+}
+
 ControllerDesign changed(const std::string& callable, ControllerDesign design,
                          const py::dict& arguments) {
   Settings& settings = design;
@@ -68,8 +94,8 @@ py::array to_vector(const PyController& self) {
   return py::array_t<double>(static_cast<py::ssize_t>(x.size()), x.data());
 }
 
-PyController from_vector(const py::array_t<double, py::array::c_style | py::array::forcecast>& x,
-                         const py::kwargs& structure) {
+PyController from_vector(const py::object& given, const py::kwargs& structure) {
+  const Numbers x = real_numbers("Controller.from_vector", "x", given);
   if (x.ndim() != 1) {
     throw py::value_error("Controller.from_vector: x has " + std::to_string(x.ndim()) +
                           " dimensions; must have 1");
@@ -103,8 +129,8 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
                              const py::object& sigma, double dt, const py::object& prewarp,
                              const py::kwargs& structure) {
   const std::string callable = "Controller.from_continuous";
-  py::dict arguments =
-      bind_arguments(callable, settings_but({"gains", "alpha", "sigma"}), py::args(), structure);
+  py::dict arguments = bind_arguments(
+      callable, settings_but({"gains", "alpha", "sigma", "sample_time"}), py::args(), structure);
   arguments["gains"] = gains;
   arguments["alpha"] = alpha;
   arguments["sigma"] = sigma;
@@ -128,6 +154,7 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
         gain_factors(design.generator, design.alpha[channel], design.sigma[channel], dt, warp);
     for (std::size_t i = 0; i < 3; ++i) design.gains[channel][i] *= factors[i];
   }
+  design.sample_time = dt;
   // What dt makes of the gains may be beyond what a controller has.
   py::list made;
   for (const auto& row : design.gains) {
@@ -140,7 +167,7 @@ PyController from_continuous(const py::object& gains, const py::object& alpha,
 
 PyController from_taps(const py::object& taps, const py::kwargs& structure) {
   const std::string callable = "Controller.from_taps";
-  Json document = {{"format", controller_format}, {"version", document_version}};
+  Json document = {{"format", controller_format}, {"version", controller_version}};
   document.update(to_json(
       bind_arguments(callable, settings_but({"gains", "alpha", "sigma", "generator", "memory"}),
                      py::args(), structure)));
@@ -160,11 +187,11 @@ py::array taps(const PyController& self) {
   return read_only(std::move(table));
 }
 
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-py::tuple step(PyController& self, const Numbers& measurement, const Numbers& reference,
-               double torque_limit) {
+py::tuple step(PyController& self, const py::object& measured_numbers,
+               const py::object& reference_numbers, double torque_limit) {
   const std::string callable = "Controller.step";
+  const Numbers measurement = real_numbers(callable, "measurement", measured_numbers);
+  const Numbers reference = real_numbers(callable, "reference", reference_numbers);
   if (measurement.ndim() != 1 || measurement.size() < 3 || measurement.size() > 5) {
     throw py::value_error(callable + ": measurement has " + std::to_string(measurement.size()) +
                           " numbers; must have 3 to 5: x, y, theta, v, omega");
@@ -191,6 +218,10 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
   }
   if (self.settings.lateral == Lateral::speed && self.settings.speed_scale == 0) {
     raise(callable, refuse_number("speed_scale", 0, positive, "m/s, outside a simulation"));
+  }
+  if (self.settings.net == Net::speed_errors && !self.settings.sample_time.has_value()) {
+    raise(callable, refuse(Status::inconsistent, "sample_time", "unknown",
+                           "given, in seconds, with net \"speed-errors\""));
   }
   if (self.torque_limit != torque_limit && self.settings.memory.is_long()) {
     if (!self.running_long) {
@@ -225,6 +256,13 @@ py::tuple step(PyController& self, const Numbers& measurement, const Numbers& re
 
 void bind_controller(py::module_& module) {
   module.attr("LEAST_SPEED_SCALE") = least_speed_scale;
+  module.def(
+      "check_sample_time",
+      [](const PyController& controller, double dt) {
+        const Outcome outcome = explain_sample_time(controller.settings, dt);
+        if (!outcome) throw py::value_error(outcome.message);
+      },
+      py::arg("controller"), py::arg("dt"));
   using C = PyController;
   const std::string rest = [] {
     Json defaults = write_settings(Settings{});
@@ -239,7 +277,8 @@ void bind_controller(py::module_& module) {
   const std::string doc =
       "Controller(" + rest +
       ")\n--\n\nThe NFOPIDN controller: settings, and the law itself in step(). A setting out of "
-      "range\nraises ValueError.\n\nParameters\n----------\n" +
+      "range\nraises ValueError. Copies, pickles and replace() have the settings and are at rest; "
+      "copy(state=True)\nkeeps the past errors.\n\nParameters\n----------\n" +
       parameters_text<Settings>(field_names<Settings>());
   py::class_<C> cls(module, "Controller", py::is_final(), doc.c_str());
   cls.def(py::init(&make_controller));
@@ -274,7 +313,8 @@ void bind_controller(py::module_& module) {
       "from_continuous", &from_continuous, py::arg("gains"), py::arg("alpha"), py::arg("sigma"),
       py::arg("dt"), py::arg("prewarp") = paper_prewarp,
       "from_continuous(gains, alpha, sigma, dt, prewarp=15.0, **structure)\n--\n\nFrom the "
-      "continuous gains Kp, Ki, Kd of eq. 25, (3, 3), for the sample time dt [s]. prewarp is\nw_c "
+      "continuous gains Kp, Ki, Kd of eq. 25, (3, 3), for the sample time dt [s], which\nis the "
+      "controller's sample_time then. prewarp is\nw_c "
       "[rad/s], None: 0; with generator \"gl\" it is not used.");
   cls.def_static(
       "from_taps", &from_taps, py::arg("taps"),
@@ -293,13 +333,10 @@ void bind_controller(py::module_& module) {
       },
       py::arg("text"), "from_json(text)\n--\n\nThe inverse of to_json.");
   cls.def_static(
-      "load",
-      [](const py::object& path) {
-        ControllerDesign design;
-        check("Controller.load", load_controller(file_name(path), design));
-        return C(design);
-      },
-      py::arg("path"), "load(path)\n--\n\nReads a controller file (JSON).");
+      "load", [](const py::object& path) { return load_py_controller(file_name(path)); },
+      py::arg("path"),
+      "load(path)\n--\n\nReads a controller file (JSON). A file of version 1 does not carry its "
+      "sample time, which a\nUserWarning says once a process.");
   cls.def(
       "save",
       [](const C& self, const py::object& path) {
@@ -355,6 +392,22 @@ void bind_controller(py::module_& module) {
         return py::make_tuple(torque.left, torque.right);
       },
       "feedback(self)\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
+  cls.def(
+      "copy",
+      [](const C& self, bool state) {
+        C copy(self.settings);
+        if (!state) return copy;
+        if (self.running) copy.running = std::make_unique<RuntimeController>(*self.running);
+        if (self.running_long) {
+          copy.running_long = std::make_unique<LongController>(*self.running_long);
+        }
+        copy.torque_limit = self.torque_limit;
+        return copy;
+      },
+      py::arg("state") = false,
+      "copy(self, state=False)\n--\n\nA copy at rest, as copy.copy(), replace() and pickle make "
+      "it; "
+      "with `state` one that goes on\nfrom the same past errors and torque.");
   cls.def("__repr__", [](const C& self) {
     const std::string changes = arguments_text<Settings>(self.settings, false);
     if (self.settings.taps.empty()) return "Controller.published(" + changes + ")";

@@ -109,6 +109,34 @@ inline py::array view(const Eigen::ArrayXd& array, const py::handle& owner) {
   return view(array.data(), {array.size()}, {1}, owner);
 }
 
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// An array of real numbers. Masked, complex and text elements are no numbers.
+inline Numbers real_numbers(const std::string& callable, const std::string& name,
+                            const py::handle& object) {
+  const std::string begin = callable + ": " + name;
+  const bool plain = PyList_Check(object.ptr()) || PyTuple_Check(object.ptr());
+  if (!plain && py::hasattr(object, "mask")) {
+    const py::object mask = py::module_::import("numpy.ma").attr("getmaskarray")(object);
+    const py::object first = mask.attr("ravel")().attr("argmax")();
+    if (mask.attr("any")().cast<bool>()) {
+      throw py::value_error(begin + "[" + py::str(first).cast<std::string>() +
+                            "] is masked; must be a number");
+    }
+  }
+  const auto array = py::array::ensure(object);
+  const char kind = array ? array.dtype().kind() : '\0';
+  if (!array) PyErr_Clear();
+  if (kind == 'c') throw py::value_error(begin + " is complex; must be real numbers");
+  const bool numbers = kind == 'b' || kind == 'i' || kind == 'u' || kind == 'f' || kind == 'O';
+  const auto result = numbers ? Numbers::ensure(array) : Numbers();
+  if (!numbers || !result) {
+    PyErr_Clear();
+    throw py::type_error(begin + " must be an array of numbers");
+  }
+  return result;
+}
+
 // The arguments of a call by name, positional ones taking the names in order.
 inline py::dict bind_arguments(const std::string& callable, const std::vector<std::string>& names,
                                const py::args& positional, const py::kwargs& keywords) {

@@ -54,49 +54,79 @@ std::string named_path_doc(const std::string& name) {
          parameters_text<TrajectorySettings>(named_path_arguments(name));
 }
 
-using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
 Eigen::ArrayXd to_eigen(const py::object& object, const std::string& name) {
-  const auto samples = Samples::ensure(object);
-  if (!samples) {
-    PyErr_Clear();
-    throw py::type_error("Trajectory.from_samples: " + name + " must be an array of numbers");
-  }
+  const std::string callable = "Trajectory.from_samples";
+  const Numbers samples = real_numbers(callable, name, object);
   if (samples.ndim() != 1) {
-    throw py::value_error("Trajectory.from_samples: " + name + " has " +
-                          std::to_string(samples.ndim()) + " dimensions; must have 1");
+    throw py::value_error(callable + ": " + name + " has " + std::to_string(samples.ndim()) +
+                          " dimensions; must have 1");
   }
   return Eigen::Map<const Eigen::ArrayXd>(samples.data(), samples.size());
 }
 
-// dt, heading and laps of a path of samples.
-TrajectorySettings sample_settings(const std::string& callable, const py::object& dt,
-                                   const py::object& heading, const py::object& laps) {
+// Flags of a path of samples, or none.
+std::vector<unsigned char> to_flags(const py::object& object) {
+  std::vector<unsigned char> flags;
+  if (object.is_none()) return flags;
+  const Eigen::ArrayXd numbers = to_eigen(object, "reverse");
+  for (Eigen::Index k = 0; k < numbers.size(); ++k) {
+    if (numbers(k) != 0 && numbers(k) != 1) {
+      raise("Trajectory.from_samples",
+            refuse(Status::not_a_choice, "reverse[" + std::to_string(k) + "]",
+                   number_text(numbers(k)), "0 or 1"));
+    }
+    flags.push_back(numbers(k) != 0 ? 1 : 0);
+  }
+  return flags;
+}
+
+TrajectorySettings sample_settings(const std::string& callable, const py::dict& arguments) {
   TrajectorySettings settings;
   settings.name = Curve::samples;
-  py::dict arguments;
-  arguments["dt"] = dt;
-  arguments["heading"] = heading;
-  arguments["laps"] = laps;
   check(callable, read_settings(to_json(arguments), "", settings));
   return settings;
 }
 
+// Where the positions do not tell the heading, the caller is told.
+void warn_of_standstill(const Trajectory& trajectory) {
+  for (const std::string& note : trajectory.notes) {
+    if (note.find("standstill_speed") == std::string::npos) continue;
+    if (PyErr_WarnEx(PyExc_UserWarning, note.c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
+
 Trajectory from_samples(const py::object& x, const py::object& y, const py::object& dt,
-                        const py::object& heading, const py::object& laps) {
+                        const py::object& heading, const py::object& laps, const py::object& theta,
+                        const py::object& reverse, bool closed, const py::object& standstill) {
   const std::string callable = "Trajectory.from_samples";
-  const TrajectorySettings settings = sample_settings(callable, dt, heading, laps);
+  using py::literals::operator""_a;
+  const TrajectorySettings settings =
+      sample_settings(callable, py::dict("dt"_a = dt, "heading"_a = heading, "laps"_a = laps,
+                                         "standstill_speed"_a = standstill));
+  Samples samples{to_eigen(x, "x"), to_eigen(y, "y"), {}, to_flags(reverse)};
+  if (!theta.is_none()) samples.theta = to_eigen(theta, "theta");
+  if (closed) close_path(samples);
   Trajectory trajectory;
-  check(callable, build_trajectory(settings, to_eigen(x, "x"), to_eigen(y, "y"), "", trajectory));
+  check(callable, build_trajectory(settings, samples, "", trajectory));
+  warn_of_standstill(trajectory);
   return trajectory;
 }
 
 Trajectory from_csv(const py::object& path, const py::object& heading, const py::object& laps,
-                    const py::object& dt) {
+                    const py::object& dt, bool closed, const py::object& standstill) {
   const std::string callable = "Trajectory.from_csv";
+  using py::literals::operator""_a;
+  py::dict given("laps"_a = laps, "standstill_speed"_a = standstill);
+  if (!heading.is_none()) given["heading"] = heading;
+  if (!dt.is_none()) given["dt"] = dt;
+  TableReading reading;
+  reading.settings = sample_settings(callable, given);
+  reading.dt = dt.is_none() ? 0 : reading.settings.dt;
+  reading.heading_given = !heading.is_none();
+  reading.closed = closed;
   Trajectory trajectory;
-  check(callable,
-        load_trajectory(file_name(path), sample_settings(callable, dt, heading, laps), trajectory));
+  check(callable, load_trajectory(file_name(path), reading, trajectory));
+  warn_of_standstill(trajectory);
   return trajectory;
 }
 
@@ -253,16 +283,39 @@ void bind_trajectory(py::module_& module) {
         },
         named_path_doc(path).c_str());
   }
-  cls.def_static("from_samples", &from_samples, py::arg("x"), py::arg("y"), py::arg("dt"),
-                 py::arg("heading") = "forward", py::arg("laps") = 1,
-                 "from_samples(x, y, dt, heading='forward', laps=1)\n--\n\n"
-                 "A path through positions x, y (N,) [m], dt [s] apart, N >= 3. More than one lap\n"
-                 "needs a closed path. ValueError names the sample or argument at fault.");
-  cls.def_static("from_csv", &from_csv, py::arg("path"), py::arg("heading") = "forward",
-                 py::arg("laps") = 1, py::arg("dt") = TrajectorySettings{}.dt,
-                 "from_csv(path, heading='forward', laps=1, dt=0.2)\n--\n\n"
-                 "A path from a table with columns x, y [m] and t [s], or without t, dt apart.\n"
-                 "ValueError names file and line.");
+  cls.def_static(
+      "from_samples", &from_samples, py::arg("x"), py::arg("y"), py::arg("dt"),
+      py::arg("heading") = "forward", py::arg("laps") = 1, py::arg("theta") = py::none(),
+      py::arg("reverse") = py::none(), py::arg("closed") = false,
+      py::arg("standstill_speed") = py::none(),
+      "from_samples(x, y, dt, heading='forward', laps=1, theta=None, reverse=None, closed=False, "
+      "standstill_speed=None)\n--\n\n"
+      "A path through positions x, y (N,) [m], dt [s] apart, N >= 3. More than one lap needs a\n"
+      "closed path; `closed` adds the first point at the end, a step after the last, if it is not\n"
+      "there. The heading is that of the motion unless theta (N,) [rad] gives it; reverse (N,) is\n"
+      "true where the robot drives backwards. Slower than standstill_speed [m/s] the heading of\n"
+      "the motion holds; None: the speed at which the positions' last digit, or their noise at\n"
+      "rest, hides the direction, with a UserWarning that says at how many samples. ValueError\n"
+      "names the sample or argument at fault, such as a masked or complex one.");
+  cls.def_static(
+      "from_csv", &from_csv, py::arg("path"), py::arg("heading") = py::none(), py::arg("laps") = 1,
+      py::arg("dt") = py::none(), py::arg("closed") = false,
+      py::arg("standstill_speed") = py::none(),
+      "from_csv(path, heading=None, laps=1, dt=None, closed=False, standstill_speed=None)\n--\n\n"
+      "A path from a table with columns x, y [m] and a time in equal steps or, without one, dt "
+      "[s]\n"
+      "apart. Commas, semicolons, tabs or blanks separate; # begins a comment; names may have\n"
+      "units (`x_m`, `t [ms]`), and a time be called t, time, timestamp, stamp or sec. Columns\n"
+      "reverse and theta (or yaw) are used, the latter unless heading is given. `notes` says what\n"
+      "was made of each column. The rest is as of from_samples(). ValueError names file and line.");
+  cls.def_property_readonly(
+      "notes",
+      [](const T& self) {
+        py::tuple notes(self.notes.size());
+        for (std::size_t i = 0; i < self.notes.size(); ++i) notes[i] = printable(self.notes[i]);
+        return notes;
+      },
+      "how the path was read and what was made of it, in lines; () of a copy");
   cls.def_property_readonly(
       "t",
       [](const T& self) -> py::array {

@@ -23,7 +23,9 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   if (py::isinstance<rivals::RivalDesign>(controller)) {
     run.driver = controller.cast<const rivals::RivalDesign&>();
   } else if (py::isinstance<PyController>(controller)) {
-    run.driver = controller.cast<const PyController&>().settings;
+    const ControllerDesign& design = controller.cast<const PyController&>().settings;
+    check("simulate", explain_sample_time(design, run.scenario.trajectory.dt()));
+    run.driver = design;
   } else if (!controller.is_none()) {
     throw py::type_error("simulate: controller must be a Controller or a Rival, not " +
                          py::str(py::type::of(controller)).cast<std::string>());
@@ -35,8 +37,8 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   return run;
 }
 
-PyResult run_torques(const Scenario& scenario,
-                     const py::array_t<double, py::array::c_style | py::array::forcecast>& torque) {
+PyResult run_torques(const Scenario& scenario, const py::object& given) {
+  const Numbers torque = real_numbers("play", "torque", given);
   const py::ssize_t samples = scenario.trajectory.size();
   if (torque.ndim() != 2 || torque.shape(0) != samples || torque.shape(1) != 2) {
     throw py::value_error("torque must have the shape (" + std::to_string(samples) + ", 2)");

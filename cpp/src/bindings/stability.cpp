@@ -89,8 +89,10 @@ py::array final_errors(const Scenario& scenario, const PyController& controller,
   auto* const errors = reinterpret_cast<FinalErrors*>(result.mutable_data());
   const double* const first = poses.data();
   const py::ssize_t count = poses.shape(0);
-  const py::gil_scoped_release release;
-  basin(prepare(scenario), controller.settings, first, count, last_samples, threads, errors);
+  {
+    const py::gil_scoped_release release;
+    basin(prepare(scenario), controller.settings, first, count, last_samples, threads, errors);
+  }
   return result;
 }
 

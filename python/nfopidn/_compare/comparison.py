@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nfopidn._checks import whole_number
+from nfopidn._checks import check_sample_time, whole_number
 from nfopidn._compare import tables
 from nfopidn._compare.contenders import AnyController
 from nfopidn._compare.ranking import Ranking, rank
@@ -199,6 +199,17 @@ def _name(controller: Any, place: int) -> str:
     return f"{place + 1} {own}"
 
 
+def _check_sample_times(named: dict[str, list[Any]], scenarios: dict[str, Scenario]) -> None:
+    """Refuse before the first run what none of the runs could be."""
+    for name, members in named.items():
+        for place, scenario in scenarios.items():
+            try:
+                for member in members:
+                    check_sample_time(member, scenario)
+            except ValueError as error:
+                raise ValueError(f"{name!r} on {place!r}: {error}") from None
+
+
 def compare(
     controllers: Mapping[str, Entry] | Sequence[AnyController],
     scenarios: Mapping[str, Scenario] | Sequence[str] | None = None,
@@ -239,6 +250,7 @@ def compare(
     chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
     if not chosen or not all(isinstance(one, Scenario) for one in chosen.values()):
         raise ValueError("scenarios must be Scenarios by name, at least one")
+    _check_sample_times(named, chosen)
     count = max(len(members) for members in named.values()) * seeds
     pairs = [(name, place) for name in named for place in chosen]
     values = {metric: np.empty((len(named), len(chosen), count)) for metric in METRICS}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from nfopidn._checks import no_rival
+from nfopidn._checks import check_sample_time, no_rival, scenario_or_published
 from nfopidn._core import Controller, Scenario
 from nfopidn._export.c_hardware import hardware_texts
 from nfopidn._export.c_law import law_texts
@@ -77,8 +77,9 @@ def export_c(
     ------
     ValueError
         A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
-        range of single precision, a reference or hardware without a scenario, or a `longest_step`
-        out of range or without `hardware`; a reference that goes farther than 1e6 m.
+        range of single precision, a reference or hardware without a scenario, a controller made
+        for another sample time than the scenario's, or a `longest_step` out of range or without
+        `hardware`; a reference that goes farther than 1e6 m.
     OSError
         A file cannot be written.
     """
@@ -90,6 +91,7 @@ def export_c(
         raise ValueError("longest_step is given without hardware, which has the odometry")
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
     if robot is not None:
+        check_sample_time(controller, robot)
         texts |= hardware_texts(robot, name, longest_step)
     if path is not None:
         texts |= c_reference_texts(path, name)
@@ -132,7 +134,8 @@ def export_cpp(
     ------
     ValueError
         A name that is no identifier or is the library's, ``lateral="speed"`` without a speed scale,
-        a tap beyond the range of single precision, or a reference without a scenario.
+        a tap beyond the range of single precision, a reference without a scenario, or a controller
+        made for another sample time than the scenario's.
     OSError
         A file cannot be written.
     """

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nfopidn._checks import scenario_or_published
+from nfopidn._checks import check_sample_time, scenario_or_published
 from nfopidn._core import LEAST_SPEED_SCALE, Controller, Scenario, __version__
 
 PAPER = [[0.0, 1.0, 1.0], [1.0, 1.0, 0.0]]
@@ -67,7 +67,7 @@ def check_name(name: str) -> None:
 def design_of(controller: Controller, scenario: Scenario | None) -> Design:
     """Round to single precision; refuse what a float cannot hold."""
     if scenario is not None:
-        scenario_or_published(scenario)
+        check_sample_time(controller, scenario_or_published(scenario))
     if controller.memory > _LONGEST_MEMORY:
         raise ValueError(
             f"memory is {controller.memory:g}; must be in [0, {_LONGEST_MEMORY}] for firmware, "
@@ -102,6 +102,10 @@ def origin_of(controller: Controller, scenario: Scenario | None, prefix: str) ->
     lines += [f"  {key}: {json.dumps(value)}" for key, value in settings.items() if key != "taps"]
     if scenario is None:
         lines.append("Scenario: none given; torque limit 3.078 N m")
+        if controller.sample_time is not None:
+            lines.append(_sample_time_line(controller.sample_time))
+        else:
+            lines.append("Sample time: not known. The gains hold for one alone.")
     else:
         text = scenario.to_json()
         if len(text) > _LONGEST_SCENARIO:
@@ -109,9 +113,13 @@ def origin_of(controller: Controller, scenario: Scenario | None, prefix: str) ->
             text = f"{len(trajectory)} samples every {trajectory.dt:g} s of {trajectory.name}"
         lines += [
             f"Scenario: {text}",
-            f"Sample time: {scenario.trajectory.dt:g} s. The gains hold for it alone.",
+            _sample_time_line(scenario.trajectory.dt),
         ]
     return folded(lines, prefix)
+
+
+def _sample_time_line(dt: float) -> str:
+    return f"Sample time: {dt:g} s. The gains hold for it alone."
 
 
 def folded(lines: list[str], prefix: str) -> str:

@@ -25,6 +25,11 @@ SCENARIO: Mapping[str, Mapping[str, Words]] = {
         "trajectory.scale": Words("Scale", "", "factor on the size of the path"),
         "trajectory.laps": Words("Laps", "", "in the run"),
         "trajectory.derivatives": Words("Derivatives", "", "where the reference's rates come from"),
+        "trajectory.standstill_speed": Words(
+            "Standstill speed", "m/s", "slower, the heading of the motion holds"
+        ),
+        "trajectory.theta": Words("Headings", "rad", "given, not taken from the motion"),
+        "trajectory.reverse": Words("Reversing", "", "where the robot drives backwards"),
         "trajectory.x": Words("Positions x", "m", "samples of the path"),
         "trajectory.y": Words("Positions y", "m", "samples of the path"),
     },
@@ -82,6 +87,7 @@ CONTROLLER: Mapping[str, Words] = {
     "integral_limit": Words("Integral limit", "N m", "of each integral state"),
     "lateral_speed": Words("Lateral speed", "m/s", "v0 of the scheduled lateral error"),
     "lateral_power": Words("Lateral power", "", "p of the scheduled lateral error"),
+    "sample_time": Words("Sample time", "s", "that the gains are made for"),
 }
 
 RIVAL: Mapping[str, Words] = {

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from nfopidn._checks import is_number, real_numbers, shown
+from nfopidn._core import Controller
 
 POLES: Final = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
 """s -> scale (1 - w)/(1 + pole w), w = 1/z."""
@@ -21,6 +22,8 @@ SAMPLE_TIMES: Final = (1e-40, 1e40)
 #: Sums of ten million of them times a weight and a gain do not overflow.
 LARGEST_SAMPLE: Final = 1e100
 _SMALL: Final = f"must be a number in [{-LARGEST_SAMPLE:g}, {LARGEST_SAMPLE:g}]"
+#: Two sample times count as one up to this share of them, as in the core.
+_SAME: Final = 1e-9
 
 LONGEST_MEMORY: Final = 10_000_000
 LONGEST_CONTROLLER_MEMORY: Final = 1_000_000
@@ -101,6 +104,19 @@ def order(name: str, value: Any) -> float:
 def sample_time(value: Any) -> float:
     """Return a sample time [s]."""
     return number("dt", value, *SAMPLE_TIMES, " s")
+
+
+def controller_sample_time(controller: Controller, dt: Any) -> float:
+    """Return the sample time that a controller is made for [s]: dt, or for None its own."""
+    own = controller.sample_time
+    if dt is None:
+        if own is None:
+            raise ValueError("the controller does not know its sample time; give dt [s]")
+        return own
+    time = sample_time(dt)
+    if own is not None and abs(own - time) > _SAME * time:
+        raise ValueError(f"dt is {time:g} s; must be the controller's sample_time, {own:g} s")
+    return time
 
 
 def prewarp_frequency(value: Any, dt: float) -> float:

@@ -171,7 +171,7 @@ def _orders(controller: Controller) -> list[NDArray[np.float64]]:
 
 def retune(
     controller: Controller,
-    dt: float,
+    dt: float | None = None,
     *,
     new_dt: float | None = None,
     memory: float | None = None,
@@ -188,9 +188,10 @@ def retune(
     controller
         with gains and orders, not free taps
     dt
-        the sample time it was made for [s]
+        the sample time it was made for [s]; None: its own. It must be given where the controller
+        does not know its own, and must be that one where it does
     new_dt
-        the one wanted [s]; None: the same
+        the one wanted [s]; None: the same. It is the result's sample_time
     memory
         the memory wanted [samples], or math.inf; None: the same number of samples, which is
         another time where the sample time changes
@@ -216,7 +217,7 @@ def retune(
     controller = no_rival(controller)
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
-    dt = checks.sample_time(dt)
+    dt = checks.controller_sample_time(controller, dt)
     new = dt if new_dt is None else checks.number("new_dt", new_dt, *checks.SAMPLE_TIMES, " s")
     orders = (controller.alpha, controller.sigma)
     generator = controller.generator
@@ -226,7 +227,7 @@ def retune(
         gains = to_discrete(continuous, *orders, new, prewarp=prewarp, generator=generator)
         if controller.form == "positional":
             gains = gains * (dt / new)
-    changes: dict[str, Any] = {}
+    changes: dict[str, Any] = {"sample_time": new}
     if memory is not None:
         longest = checks.LONGEST_CONTROLLER_MEMORY
         changes["memory"] = (

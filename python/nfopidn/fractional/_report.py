@@ -89,7 +89,7 @@ def _verdict(error: OperatorError) -> str:
 
 
 def truncation_report(
-    controller: Controller, dt: float, band: Sequence[float] | None = None
+    controller: Controller, dt: float | None = None, band: Sequence[float] | None = None
 ) -> TruncationReport:
     """Return how far a controller's operators are from s^alpha and s^-sigma.
 
@@ -102,7 +102,7 @@ def truncation_report(
     controller
         with gains and orders, not free taps
     dt
-        sample time [s]
+        sample time [s]; None: the controller's own, which it must be where the controller has one
     band
         (low, high) [rad/s], up to pi/dt; None: the decade that ends at a tenth of it
 
@@ -119,7 +119,7 @@ def truncation_report(
     controller = no_rival(controller)
     if controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
-    dt = checks.sample_time(dt)
+    dt = checks.controller_sample_time(controller, dt)
     edges = checks.band(band, dt)
     alphas, sigmas = (
         np.broadcast_to(np.asarray(o, dtype=float), 3) for o in (controller.alpha, controller.sigma)

@@ -144,7 +144,7 @@ def basin(
     (3, 3)
     """
     scenario = scenario_or_published(scenario)
-    controller = controller_or_published(controller)
+    controller = controller_or_published(controller, scenario)
     path = scenario.trajectory
     start = scenario.initial_pose or (path.x[0], path.y[0], path.theta[0])
     x_axis, y_axis = _axis("x", x, float(path.x[0])), _axis("y", y, float(path.y[0]))

@@ -291,7 +291,7 @@ def loop(scenario: Scenario | None = None, controller: Controller | None = None)
     unstable
     """
     scenario = scenario_or_published(scenario)
-    controller = controller_or_published(controller)
+    controller = controller_or_published(controller, scenario)
     found = _core.analyse_loop(scenario, controller)
     lost = found["verdict"] == "no_orbit"
     switches = {

@@ -399,7 +399,7 @@ def margins(
     True
     """
     scenario = scenario_or_published(scenario)
-    controller = controller_or_published(controller)
+    controller = controller_or_published(controller, scenario)
     short_memory(controller)
     speed = real_number(
         "speed", scenario.trajectory.peak_speed if speed is None else speed, -1e3, 1e3, " m/s"

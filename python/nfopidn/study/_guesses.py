@@ -52,7 +52,8 @@ def guesses(
 ) -> list[Guess]:
     """Return names of first guesses, and what makes each."""
     known = [("published gains", Controller.published())]
-    known += [("tuned_nominal", Controller.tuned_nominal())]
+    # At another sample time it is a guess like any other.
+    known += [("tuned_nominal", Controller.tuned_nominal().replace(sample_time=None))]
     known += [(f"controllers[{k}]", controller) for k, controller in enumerate(controllers)]
     made: list[Guess] = [("reference", partial(reference_motion, scenario))]
     made += [(name, partial(controller_run, scenario, one)) for name, one in known]

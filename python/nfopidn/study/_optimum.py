@@ -9,7 +9,7 @@ from threading import Event
 
 import numpy as np
 
-from nfopidn._checks import whole_number
+from nfopidn._checks import check_sample_time, whole_number
 from nfopidn._core import Controller, Scenario, SimulationResult
 from nfopidn._interrupt import wish_to_stop
 from nfopidn._progress import Report
@@ -141,6 +141,10 @@ def _check(
             raise ValueError(
                 f"controllers[{k}] is a {type(controller).__name__}; must be a Controller"
             )
+        try:
+            check_sample_time(controller, scenario)
+        except ValueError as error:
+            raise ValueError(f"controllers[{k}]: {error}") from None
     whole_number("maxfev", maxfev, 0)
     whole_number("max_iter", max_iter, 1)
     whole_number("rng", rng, 0)

@@ -163,6 +163,9 @@ class StepMap {
 
 // Whether the loop can be analysed as a map: its number of states and its disturbance.
 inline Outcome check_loop(const Scenario& scenario, const ControllerDesign& design) {
+  if (Outcome outcome = explain_sample_time(design, scenario.trajectory.dt()); !outcome) {
+    return outcome;
+  }
   LoopStates states = {};
   loop_kernels(scenario, design, states);
   if (states.size() > most_loop_states) {

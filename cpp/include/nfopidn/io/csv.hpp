@@ -1,9 +1,8 @@
-// L4. Comma-separated tables: trajectories in, run tables out.
+// L4. Trajectories and disturbances from tables, run tables to them.
 #pragma once
 
-#include <string_view>
-
-#include "nfopidn/io/files.hpp"
+#include "nfopidn/io/columns.hpp"
+#include "nfopidn/metrics.hpp"
 
 namespace nfopidn {
 
@@ -23,149 +22,124 @@ inline std::string run_table_csv(const RunTable& table) {
   return text;
 }
 
-namespace csv {
-
-inline std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (;;) {
-    const std::size_t comma = line.find(',');
-    std::string_view cell = line.substr(0, comma);
-    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
-    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t')) cell.remove_suffix(1);
-    cells.push_back(cell);
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-inline bool parse_number(std::string_view cell, double& value) {
-  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
-  const char* end = cell.data() + cell.size();
-  const auto result = std::from_chars(cell.data(), end, value);
-  return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
-}
-
-struct Table {
-  std::vector<std::string> names;
-  std::vector<std::vector<double>> columns;
-  std::vector<std::size_t> lines;  // of each row in the file
+// How a trajectory is read from a table.
+struct TableReading {
+  TrajectorySettings settings;  // heading, laps, standstill_speed
+  double dt = 0;                // [s]; 0: that of the table's times
+  bool heading_given = false;   // by the caller: a table's column theta is not used
+  bool closed = false;          // the table leaves out the point that closes the path
 };
 
-inline Outcome fault(const std::string& path, std::size_t line, const std::string& message) {
-  return {Status::wrong_size, path + ":" + std::to_string(line) + ": " + message};
-}
-
-inline Outcome read_header(const std::string& path, std::size_t line, std::string_view text,
-                           Table& table) {
-  for (const std::string_view cell : split(text)) {
-    double number = 0;
-    if (cell.empty() || parse_number(cell, number)) {
-      return fault(path, line, "no header; the first line names the columns, such as t,x,y");
-    }
-    for (const std::string& name : table.names) {
-      if (name == cell) return fault(path, line, "column " + name + " stands twice");
-    }
-    table.names.emplace_back(cell);
-  }
-  table.columns.resize(table.names.size());
-  return {};
-}
-
-inline Outcome read_row(const std::string& path, std::size_t line, std::string_view text,
-                        Table& table) {
-  const std::vector<std::string_view> cells = split(text);
-  if (cells.size() != table.names.size()) {
-    return fault(path, line,
-                 std::to_string(cells.size()) + " cells; the header has " +
-                     std::to_string(table.names.size()));
-  }
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    double number = 0;
-    if (!parse_number(cells[i], number)) {
-      return fault(path, line,
-                   "\"" + std::string(cells[i].substr(0, 40)) + "\" in column " + table.names[i] +
-                       " is no finite number");
-    }
-    table.columns[i].push_back(number);
-  }
-  table.lines.push_back(line);
-  return {};
-}
-
-// A header line and rows of numbers. Empty lines are passed over.
-inline Outcome parse(const std::string& path, std::string_view text, Table& table) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (text.substr(0, 3) == byte_order_mark) text.remove_prefix(3);
-  for (std::size_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view row = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (!row.empty() && row.back() == '\r') row.remove_suffix(1);
-    if (row.find_first_not_of(" \t") == std::string_view::npos) continue;
-    Outcome outcome = table.names.empty() ? read_header(path, line, row, table)
-                                          : read_row(path, line, row, table);
-    if (!outcome) return outcome;
-  }
-  if (table.names.empty()) return fault(path, 1, "no header; the file is empty");
-  return {};
-}
-
-inline const std::vector<double>* find(const Table& table, const char* name) {
-  for (std::size_t i = 0; i < table.names.size(); ++i) {
-    if (table.names[i] == name) return &table.columns[i];
-  }
-  return nullptr;
-}
-
-}  // namespace csv
-
-// A trajectory from a table with the columns x and y [m], and t [s] in equal steps or, without t,
-// settings.dt apart. Uses dt, heading and laps of the settings. `path` stands in messages.
+// A trajectory from a table with the columns x and y, a time in equal steps unless dt is given, and
+// perhaps theta or reverse. `path` stands in messages; what is made of each column goes to the
+// trajectory's notes.
 inline Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
-                                     TrajectorySettings settings, Trajectory& result) {
-  const std::vector<double>* columns[] = {csv::find(table, "x"), csv::find(table, "y")};
-  if (columns[0] == nullptr || columns[1] == nullptr) {
-    return csv::fault(path, 1, "no columns x and y in the header");
+                                     const TableReading& reading, Trajectory& result) {
+  csv::Column x, y, t, theta, reverse;
+  for (const auto& [column, quantity] : {std::pair{&x, "x"}, std::pair{&y, "y"}}) {
+    std::size_t index = csv::no_column;
+    if (Outcome outcome = csv::find(path, table, quantity, index); !outcome) return outcome;
+    if (index == csv::no_column) {
+      return csv::fault(
+          path, table.header_line,
+          "no columns x and y in the header; its columns are " + csv::columns_text(table));
+    }
+    if (Outcome outcome = csv::read(path, table, quantity, *column); !outcome) return outcome;
   }
-  const std::size_t rows = table.lines.size();
+  const std::size_t rows = table.rows.size();
   if (rows < minimum_samples) {
     return {Status::wrong_size, path + ": " + std::to_string(rows) +
                                     " samples; a trajectory needs at least " +
                                     std::to_string(minimum_samples)};
   }
-  if (const std::vector<double>* t = csv::find(table, "t"); t != nullptr) {
-    const double first = (*t)[1] - (*t)[0];
-    for (std::size_t k = 1; k < rows; ++k) {
-      const double step = (*t)[k] - (*t)[k - 1];
-      if (!(step > 0)) return csv::fault(path, table.lines[k], "t does not rise");
-      if (!(std::fabs(step - first) <= 1e-3 * first)) {
-        return csv::fault(path, table.lines[k], "t does not rise in equal steps");
-      }
-    }
-    settings.dt = (t->back() - t->front()) / static_cast<double>(rows - 1);
-    Outcome outcome = read_settings({{"dt", settings.dt}}, "", settings);
+  if (Outcome outcome = csv::read(path, table, "t", t); !outcome) return outcome;
+  if (!reading.heading_given) {
+    if (Outcome outcome = csv::read(path, table, "theta", theta); !outcome) return outcome;
+  }
+  if (Outcome outcome = csv::read(path, table, "reverse", reverse); !outcome) return outcome;
+  TrajectorySettings settings = reading.settings;
+  settings.name = Curve::samples;
+  settings.dt = reading.dt;
+  if (!t.values.empty()) {
+    Outcome outcome = csv::check_times(path, table, t, reading.dt, settings.dt);
+    if (!outcome) return outcome;
+    outcome = read_settings({{"dt", settings.dt}}, "", settings);
     if (!outcome) {
-      outcome.message = path + ": the step of t, " + outcome.message;
+      outcome.message = path + ": the step of " + t.name + ", " + outcome.message;
       return outcome;
     }
+  } else if (reading.dt == 0) {
+    return csv::fault(path, table.header_line,
+                      "no column of times (t, time, timestamp, ...); give dt. "
+                      "The columns are " +
+                          csv::columns_text(table));
   }
-  settings.name = Curve::samples;
-  const auto array = [&](const std::vector<double>& column) {
+  Samples samples;
+  const auto array = [](const std::vector<double>& column) {
     return Eigen::ArrayXd(
-        Eigen::Map<const Eigen::ArrayXd>(column.data(), static_cast<Eigen::Index>(rows)));
+        Eigen::Map<const Eigen::ArrayXd>(column.data(), static_cast<Eigen::Index>(column.size())));
   };
-  Outcome outcome = build_trajectory(settings, array(*columns[0]), array(*columns[1]), "", result);
-  if (!outcome) outcome.message = path + ": " + outcome.message;
+  samples.x = array(x.values);
+  samples.y = array(y.values);
+  samples.theta = array(theta.values);
+  for (std::size_t k = 0; k < reverse.values.size(); ++k) {
+    const double flag = reverse.values[k];
+    if (flag != 0 && flag != 1) {
+      return csv::fault(path, table.lines[k],
+                        number_text(flag) + " in column " + reverse.name + " must be 0 or 1");
+    }
+    samples.reverse.push_back(flag != 0 ? 1 : 0);
+  }
+  if (reading.closed) close_path(samples);
+  Outcome outcome = build_trajectory(settings, samples, "", result);
+  if (!outcome) {
+    outcome.message = path + ": " + outcome.message;
+    return outcome;
+  }
+  std::vector<std::pair<std::string, std::string>> used;
+  for (const auto& [column, quantity] :
+       {std::pair{&t, "t"}, std::pair{&x, "x"}, std::pair{&y, "y"}, std::pair{&theta, "theta"},
+        std::pair{&reverse, "reverse"}}) {
+    if (!column->values.empty()) used.emplace_back(quantity, column->name);
+  }
+  result.notes.insert(result.notes.begin(), csv::use_text(path, table, used));
   return outcome;
 }
 
-inline Outcome load_trajectory(const std::string& path, const TrajectorySettings& settings,
+inline Outcome load_trajectory(const std::string& path, const TableReading& reading,
                                Trajectory& result) {
   std::string text;
   if (Outcome outcome = read_file(path, text); !outcome) return outcome;
   csv::Table table;
   if (Outcome outcome = csv::parse(path, text, table); !outcome) return outcome;
-  return trajectory_from_table(path, table, settings, result);
+  return trajectory_from_table(path, table, reading, result);
+}
+
+// A scenario's disturbance, a pair a sample. Where the table has times, they must be the
+// scenario's.
+inline Outcome load_disturbance(const std::string& path, double dt,
+                                std::vector<std::array<double, 2>>& result) {
+  std::string text;
+  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
+  csv::Table table;
+  if (Outcome outcome = csv::parse(path, text, table); !outcome) return outcome;
+  csv::Column force, moment, t;
+  for (const auto& [column, quantity] :
+       {std::pair{&force, "force"}, std::pair{&moment, "moment"}, std::pair{&t, "t"}}) {
+    if (Outcome outcome = csv::read(path, table, quantity, *column); !outcome) return outcome;
+  }
+  if (force.name.empty() || moment.name.empty()) {
+    return csv::fault(
+        path, table.header_line,
+        "no columns force and moment in the header; its columns are " + csv::columns_text(table));
+  }
+  if (t.values.size() > 1) {
+    double step = 0;
+    if (Outcome outcome = csv::check_times(path, table, t, dt, step); !outcome) return outcome;
+  }
+  result.resize(force.values.size());
+  for (std::size_t k = 0; k < result.size(); ++k) result[k] = {force.values[k], moment.values[k]};
+  return {};
 }
 
 }  // namespace nfopidn

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "nfopidn/io/json_controller.hpp"
+#include "nfopidn/io/json_scenario.hpp"
 
 namespace nfopidn {
 

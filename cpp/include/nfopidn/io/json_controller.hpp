@@ -7,12 +7,14 @@
 namespace nfopidn {
 
 constexpr const char* controller_format = "nfopidn-controller";
+// Version 2 has sample_time. In a document of version 1 it is unknown.
+constexpr int controller_version = 2;
 
 // Settings from which taps are fused: a controller of free taps has none.
 constexpr const char* fused_fields[] = {"gains", "alpha", "sigma", "generator"};
 
 inline Json write_controller(const ControllerDesign& design) {
-  Json document = {{"format", controller_format}, {"version", document_version}};
+  Json document = {{"format", controller_format}, {"version", controller_version}};
   document.update(write_settings<ControllerSettings<double>>(design));
   if (design.taps.empty()) return document;
   for (const char* key : fused_fields) document.erase(key);
@@ -72,10 +74,23 @@ inline Outcome explain_consistency(const ControllerDesign& design) {
       range_text(finding.range) + " with a memory beyond " + std::to_string(maximum_memory));
 }
 
+// A controller that knows its sample time runs at that one alone.
+inline Outcome explain_sample_time(const ControllerSettings<double>& settings, double dt) {
+  const Finding finding = check_sample_time(settings, dt);
+  if (finding.status == Status::ok) return {};
+  return {finding.status, "sample_time of the controller is " + number_text(finding.value) +
+                              " s; must be the scenario's dt, " + number_text(dt) +
+                              " s (nfopidn.fractional.retune converts gains)"};
+}
+
 inline Outcome read_controller(const Json& document, ControllerDesign& result) {
-  if (Outcome outcome = json::check_header(document, controller_format); !outcome) return outcome;
+  if (Outcome outcome = json::check_header(document, controller_format, controller_version);
+      !outcome) {
+    return outcome;
+  }
   ControllerDesign design = result;
   design.taps.clear();
+  design.sample_time = {};  // a document's gains are not those of `result`
   const auto taps = document.find("taps");
   if (taps != document.end()) {
     for (const char* key : fused_fields) {
@@ -86,6 +101,9 @@ inline Outcome read_controller(const Json& document, ControllerDesign& result) {
     if (taps->is_array() && !taps->empty() && (*taps)[0].is_array()) {
       design.memory = static_cast<int>((*taps)[0].size()) - 2;
     }
+  }
+  if (document["version"] == 1 && document.contains("sample_time")) {
+    return {Status::inconsistent, "sample_time is known from version 2 on; version is 1"};
   }
   ControllerSettings<double>& settings = design;
   Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps"});

@@ -101,6 +101,14 @@ inline void read(const Json& value, const Context& context, Memory& result) {
   }
 }
 
+inline void read(const Json& value, const Context& context, SampleTime<double>& result) {
+  if (value.is_null()) {
+    result = {};
+  } else {
+    read(value, context, result.seconds);
+  }
+}
+
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 void read(const Json& value, const Context& context, Choice& result) {
   if (value.is_string()) {
@@ -162,6 +170,16 @@ inline void read(const Json& value, const Context& context, Allocation<double>& 
   }
 }
 
+inline void read(const Json& value, const Context& context, std::optional<double>& result) {
+  if (value.is_null()) {
+    result.reset();
+    return;
+  }
+  double number = 0;
+  read(value, context, number);
+  if (context.outcome->status == Status::ok) result = number;
+}
+
 template <std::size_t count>
 void read(const Json& value, const Context& context,
           std::optional<std::array<double, count>>& result) {
@@ -206,6 +224,9 @@ Json write(Number value) {
 inline Json write(const Memory& value) {
   return value.is_infinite() ? Json("inf") : Json(value.samples);
 }
+inline Json write(const SampleTime<double>& value) {
+  return value.has_value() ? Json(*value) : Json(nullptr);
+}
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 Json write(Choice value) {
   return ChoiceNames<Choice>::names[static_cast<int>(value)];
@@ -235,6 +256,9 @@ inline Json write(const Allocation<double>& value) {
       break;
   }
   return write(value.matrix);
+}
+inline Json write(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
 }
 template <std::size_t count>
 Json write(const std::optional<std::array<double, count>>& value) {

@@ -81,6 +81,18 @@ struct Reading<Memory> {
   }
 };
 template <>
+struct Reading<std::optional<double>> {
+  static Json read(const std::string& text) {
+    return text == "resolution" ? Json(nullptr) : number_or_text(text);
+  }
+};
+template <>
+struct Reading<SampleTime<double>> {
+  static Json read(const std::string& text) {
+    return text == "unknown" ? Json(nullptr) : number_or_text(text);
+  }
+};
+template <>
 struct Reading<Allocation<double>> {
   static Json read(const std::string& text) {
     return text.find(',') == std::string::npos ? Json(text) : rows(text, channel_count);
