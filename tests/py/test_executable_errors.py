@@ -54,7 +54,7 @@ FAULTS = {
     "cusps of a table": (["--traj", "path.csv", "--cusps", "3"], ["--cusps", "path.csv"]),
     "step of a table with times": (
         ["--traj", "timed.csv", "--dt", "0.3"],
-        ["timed.csv:4: ", "equal steps of the dt given, 0.3 s", "their mean step is 0.2 s"],
+        ["timed.csv:3: ", "equal steps of the dt given, 0.3 s", "their mean step is 0.2 s"],
     ),
     "a table without times": (["--traj", "path.csv"], ["path.csv:1: ", "give dt"]),
     "a missing file of another kind": (["--traj", "none.txt"], ["none.txt", "No such file"]),
