@@ -364,10 +364,11 @@ Outcome check_start(const Arguments& arguments, const ControllerDesign& design) 
   const std::vector<double> start = parameters_of(structure.parameters, design);
   const std::vector<ParameterBounds> bounds = default_bounds(structure);
   for (std::size_t i = 0; i < bounds.size(); ++i) {
-    const auto& [name, low, high] = bounds[i];
-    const double slack = 1e-9 * (high - low);
-    if (start[i] >= low - slack && start[i] <= high + slack) continue;
-    Outcome outcome = refuse_number(name, start[i], between(low, high), "to start a search from");
+    const ParameterBounds& b = bounds[i];
+    const double slack = 1e-9 * (b.high - b.low);
+    if (start[i] >= b.low - slack && start[i] <= b.high + slack) continue;
+    Outcome outcome =
+        refuse_number(b.name, start[i], between(b.low, b.high), "to start a search from");
     outcome.message = arguments.controller_file + ": " + outcome.message;
     return outcome;
   }

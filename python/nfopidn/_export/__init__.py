@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from nfopidn._checks import check_sample_time, no_rival, scenario_or_published
+from nfopidn._checks import check_sample_time, no_rival
 from nfopidn._core import Controller, Scenario
 from nfopidn._export.c_hardware import hardware_texts
 from nfopidn._export.c_law import law_texts
