@@ -10,7 +10,6 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from numbers import Integral
 from os import PathLike, fspath
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -218,12 +217,8 @@ def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
 
 def problem_in(checkpoint: str) -> dict[str, Any] | None:
     """Give what a checkpoint is of; None if it cannot be told: the core says what is wrong."""
-    if not Path(checkpoint).is_file():
-        return None
-    try:
-        problem = json.loads(Path(checkpoint).read_text(encoding="utf-8"))["problem"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    text = _core.checkpoint_problem(checkpoint)
+    problem = None if text is None else json.loads(text)
     return problem if isinstance(problem, dict) else None
 
 
@@ -285,8 +280,30 @@ def run(
     return found, found.pop("raised")
 
 
+def ended_by(reason: str) -> dict[str, Any]:
+    """Give success, status and message of a search that ended so."""
+    success = reason not in ("interrupted", "not_a_number")
+    return {
+        "success": success,
+        "status": list(MESSAGES).index(reason),
+        "message": MESSAGES[reason],
+    }
+
+
+def nothing_found(found: dict[str, Any]) -> BaseException:
+    """Give what a search ends with that was interrupted before it knew a first cost."""
+    if found["reason"] == "interrupted":
+        return KeyboardInterrupt()
+    return ValueError("maxtime was over before the first cost was known; give it more")
+
+
 def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
-    """Fill the result; raise what callback or function raised, with the result attached."""
+    """Fill the result; raise what callback or function raised, with the result attached.
+
+    Where the search ended before its first cost there is nothing to attach.
+    """
+    if found["nfev"] == 0:
+        raise raised or nothing_found(found)
     reason = found.pop("reason")
     fault = found.pop("checkpoint_fault")
     if isinstance(raised, KeyboardInterrupt):
@@ -297,9 +314,7 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
     found["history"] = history
     result.update(found)
     result["nit"] = len(history)
-    result["success"] = reason not in ("interrupted", "not_a_number")
-    result["status"] = list(MESSAGES).index(reason)
-    result["message"] = MESSAGES[reason]
+    result.update(ended_by(reason))
     error: BaseException | None = raised
     if error is not None:
         result["message"] = f"{type(error).__name__} was raised; this is the best so far."
