@@ -410,8 +410,9 @@ class StopRequests {
   struct sigaction before_[2];
 };
 
-// Searches from the design, if a file gave one; shows its progress in a terminal.
-void tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
+// Searches from the design, if a file gave one; shows its progress in a terminal. False if nothing
+// was found before an interruption.
+bool tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
   const Structure structure = structure_to_tune(arguments, design);
   TuningTask task;
   task.scenarios = {&scenario};
@@ -431,8 +432,10 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
   if (found.reason == StopReason::callback) {
     std::cerr << "nfopidn_sim: interrupted after " << found.evaluations << " evaluations\n";
   }
+  if (found.x.size() == 0) return false;
   design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
   design.sample_time = scenario.trajectory.dt();
+  return true;
 }
 
 Json metrics_json(const SimulationResult& result) {
@@ -569,7 +572,7 @@ int run(const Arguments& arguments) {
       std::cerr << "nfopidn_sim: " << printable(note) << "\n";
     }
   }
-  if (arguments.tune) tune_design(arguments, scenario, design);
+  if (arguments.tune && !tune_design(arguments, scenario, design)) return exit_interrupted;
   requests.reset();
   const SimulationResult result = simulate(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 from os import PathLike, fspath
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -163,7 +162,6 @@ class Settings:
             "high": high,
             "start": None,
             "callback": None,
-            "asked": None,
             "problem": json.dumps(whole, allow_nan=False),
         }
 
@@ -265,12 +263,8 @@ def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
 
 def problem_in(checkpoint: str) -> dict[str, Any] | None:
     """Give what a checkpoint is of; None if it cannot be told: the core says what is wrong."""
-    if not Path(checkpoint).is_file():
-        return None
-    try:
-        problem = json.loads(Path(checkpoint).read_text(encoding="utf-8"))["problem"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    text = _core.checkpoint_problem(checkpoint)
+    problem = None if text is None else json.loads(text)
     return problem if isinstance(problem, dict) else None
 
 
@@ -368,10 +362,10 @@ def run(
     found: dict[str, Any] = {}
     try:
         with heeded_signals() as requests, progress(title, total, settings.progress) as report:
-            request["asked"] = requests.is_asked
             if callback is not None or settings.progress:
                 request["callback"] = Observer(callback, report, requests)
-            found.update(search(request))
+            with _core.StopIf(requests.is_asked):
+                found.update(search(request))
     except KeyboardInterrupt as interrupt:
         if not found:
             raise
@@ -401,13 +395,25 @@ def ended_by(reason: str) -> dict[str, Any]:
     }
 
 
+def nothing_found(found: dict[str, Any]) -> BaseException:
+    """Give what a search ends with that was interrupted before it knew a first cost."""
+    if found["reason"] == "interrupted":
+        return KeyboardInterrupt()
+    return ValueError("maxtime was over before the first cost was known; give it more")
+
+
 def finish(
     result: OptimizeResult,
     found: dict[str, Any],
     raised: BaseException | None,
     box: tuple[Array, Array],
 ) -> None:
-    """Fill the result; raise what callback or function raised, with the result attached."""
+    """Fill the result; raise what callback or function raised, with the result attached.
+
+    Where the search ended before its first cost there is no result to fill.
+    """
+    if found["nfev"] == 0 and raised is None:
+        raise nothing_found(found)
     reason = found.pop("reason")
     fault = found.pop("checkpoint_fault")
     if raised is not None and reason == "not_a_number":

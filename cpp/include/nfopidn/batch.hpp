@@ -38,6 +38,7 @@ class BatchEvaluator {
   // The scenario behind `run` must outlive this.
   BatchEvaluator(PreparedRun run, const ControllerSettings<double>& structure)
       : run_(std::move(run)), structure_(structure) {
+    const StandardArithmetic arithmetic;
     headings_.reserve(run_.reference.size());
     for (const auto& sample : run_.reference) {
       headings_.push_back(math<double>::heading(sample.theta));
@@ -61,6 +62,7 @@ class BatchEvaluator {
   // than its bound is given some cost over it, mostly for less work.
   void costs_of_laws(const double* laws, int candidates, double* costs,
                      const double* bounds = nullptr) const {
+    const StandardArithmetic arithmetic;
     if (kernels_.costs == nullptr) {
       run_one_by_one(laws, candidates, costs, bounds);
       return;
@@ -73,6 +75,7 @@ class BatchEvaluator {
   // The cost of one candidate's law, [law_size], and its slopes in the directions in which its
   // numbers change by slopes, [directions][law_size].
   double gradient(const double* law, const double* slopes, int directions, double* result) const {
+    const StandardArithmetic arithmetic;
     double cost = 0;
     if (kernels_.gradient != nullptr) {
       const LoopInputs<double> inputs = run_.inputs();
@@ -89,9 +92,11 @@ class BatchEvaluator {
  private:
   BatchJob job(const LoopInputs<double>& inputs, const double* laws, int count, double* costs,
                const double* bounds) const {
-    return {&run_.plant, &inputs,    &run_.start, &structure_, &run_.limits, laws,
-            tap_count(), law_size(), run_.scenario->initial_velocity.reference,
-            count,       costs,      bounds};
+    return {&run_.plant, &inputs,      &run_.start,
+            &structure_, &run_.limits, laws,
+            tap_count(), law_size(),   run_.scenario->initial_velocity.reference,
+            count,       costs,        bounds,
+            run_.poll()};
   }
 
   double directional(const double* numbers, const double* slopes, double& slope) const {
@@ -128,8 +133,8 @@ class BatchEvaluator {
     const State<double>& s = run_.start;
     const State<Scalar> start = {Scalar(s.x), Scalar(s.y), Scalar(s.theta), Scalar(s.v),
                                  Scalar(s.omega)};
-    const LoopResult<Scalar> result =
-        run_closed_loop<Scalar>(run_.plant, law, start, run_.inputs(), [](int, auto&&...) {});
+    const LoopResult<Scalar> result = run_closed_loop<Scalar>(
+        run_.plant, law, start, run_.inputs(), [](int, auto&&...) {}, run_.poll());
     slope = result.cost.slope;
     return result.cost.value;
   }
@@ -143,9 +148,9 @@ class BatchEvaluator {
         LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
         const BoundedMeter<double> meter(inputs.divergence_distance,
                                          bounds == nullptr ? no_bound : bounds[i], inputs.samples);
-        costs[i] =
-            run_metered_loop<double>(run_.plant, law, loop, inputs, meter, [](int, auto&&...) {
-            }).cost;
+        costs[i] = run_metered_loop<double>(
+                       run_.plant, law, loop, inputs, meter, [](int, auto&&...) {}, run_.poll())
+                       .cost;
       }
     });
   }

@@ -17,7 +17,7 @@ struct SimulationResult {
   Metrics metrics;
   bool diverged = false;
   double diverged_at = 0;      // [s], when diverged
-  Status status = Status::ok;  // why nothing was run
+  Status status = Status::ok;  // why there is no run
 };
 
 namespace detail {
@@ -25,8 +25,8 @@ namespace detail {
 template <class Law, class = void>
 constexpr bool starts_in_motion = false;
 template <class Law>
-constexpr bool starts_in_motion<Law, std::void_t<decltype(std::declval<Law&>().reset_in_motion())>> =
-    true;
+constexpr bool
+    starts_in_motion<Law, std::void_t<decltype(std::declval<Law&>().reset_in_motion())>> = true;
 
 // As after construction, for the start of a run: a law that reckons speeds is told whether the
 // robot has the reference's speed already.
@@ -56,7 +56,8 @@ SimulationResult record(const PreparedRun& run, Law& law) {
   };
   restart(law, scenario);
   const LoopResult<double> loop =
-      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe);
+      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe, run.poll());
+  if (Interruption::stops_here()) return {{}, {}, false, 0, Status::interrupted};
   const Eigen::Index completed = loop.completed;
   result.diverged = completed < result.table.rows();
   result.diverged_at = static_cast<double>(completed) * scenario.trajectory.dt();
@@ -98,8 +99,7 @@ decltype(auto) with_tap_controller(const ControllerDesign& settings,
     if (settings.memory <= 5) {
       return apply(Controller<double, Fir<double, 7, detail::host_slack>, Variant>());
     }
-    return apply(
-        Controller<double, Fir<double, maximum_memory + 2, maximum_memory>, Variant>());
+    return apply(Controller<double, Fir<double, maximum_memory + 2, maximum_memory>, Variant>());
   }
   if (settings.memory <= 5) return apply(Controller<double, Fir<double, 7, detail::host_slack>>());
   if (settings.memory <= 8) return apply(Controller<double, Fir<double, 10, detail::host_slack>>());
@@ -134,7 +134,8 @@ inline Status check_run(const Scenario& scenario, const ControllerDesign& settin
   return finite ? Status::ok : Status::not_finite;
 }
 
-// The whole run, recorded. With `status` other than ok nothing was run, and the cost is infinite.
+// The whole run, recorded. With `status` other than ok there is none: the settings were refused,
+// and the cost is infinite, or the run was interrupted.
 inline SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings) {
   if (const Status status = check_run(scenario, settings); status != Status::ok) {
     SimulationResult refused;
@@ -143,15 +144,19 @@ inline SimulationResult simulate(const Scenario& scenario, const ControllerDesig
     refused.metrics.cost = std::numeric_limits<double>::infinity();
     return refused;
   }
+  const StandardArithmetic arithmetic;
   const PreparedRun run = prepare(scenario);
   return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
 }
 
-// The cost alone (eq. 41), without recording. What check_run() refuses must not be given.
+// The cost alone (eq. 41), without recording. What check_run() refuses must not be given. When an
+// Interruption has happened, this is no cost.
 inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
+  const StandardArithmetic arithmetic;
   return with_controller(settings, run.limits, [&](auto& law) {
     detail::restart(law, *run.scenario);
-    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})
+    const auto ignore = [](int, auto&&...) {};
+    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), ignore, run.poll())
         .cost;
   });
 }

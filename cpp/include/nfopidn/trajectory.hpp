@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nfopidn/curves.hpp"
+#include "nfopidn/standard_arithmetic.hpp"
 
 namespace nfopidn {
 
@@ -227,6 +228,7 @@ inline double sample_count(const TrajectorySettings& settings) {
 
 // A named path. On a fault returns why and leaves the result as it was.
 inline Status make_trajectory(const TrajectorySettings& settings, Trajectory& result) {
+  const StandardArithmetic arithmetic;
   const Finding finding = check_ranges(settings);
   if (finding.status != Status::ok) return finding.status;
   if (settings.name == Curve::samples) return Status::not_a_choice;

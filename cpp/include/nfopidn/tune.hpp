@@ -61,10 +61,20 @@ class TuneObjective : public Objective {
 
   bool has_gradient() const override { return true; }
   bool is_cheap() const override { return true; }
-  // A moment's worth, so that a time limit is kept.
+  // A moment's worth, so that a time limit is kept and little is lost to it; but enough for the
+  // lanes, or for the threads.
   Eigen::Index most_at_once() const override {
-    const Eigen::Index candidates = runs_one_by_one() ? 64 : 4096;
-    return std::max<Eigen::Index>(1, candidates / static_cast<Eigen::Index>(evaluators_.size()));
+    double steps = 0;  // of a candidate
+    for (const BatchEvaluator& one : evaluators_) {
+      const PreparedRun& run = one.run();
+      steps += static_cast<double>(run.reference.size()) * run.scenario->substeps;
+    }
+    constexpr double published = 751;
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
+    const bool single = runs_one_by_one();
+    const auto affordable =
+        static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
+    return std::max({affordable, (single ? team_.size() : 64) / scenarios, Eigen::Index{1}});
   }
   Eigen::Index partials_at_once() const override {
     return runs_one_by_one() ? team_.size() : dimension_;
@@ -74,6 +84,7 @@ class TuneObjective : public Objective {
     bounded_costs(points, nullptr, costs);
   }
   void bounded_costs(const Points& points, const double* bounds, double* costs) override {
+    const StandardArithmetic arithmetic;
     const std::vector<double> laws = laws_of(points);
     const Eigen::Index count = points.cols();
     const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
@@ -101,6 +112,7 @@ class TuneObjective : public Objective {
   }
   double partials(const Point& point, Eigen::Index first, Eigen::Index count,
                   double* slopes) override {
+    const StandardArithmetic arithmetic;
     const std::size_t size = law_size();
     std::vector<double> law(size), directions(size * static_cast<std::size_t>(count));
     differentiate_law(point, first, count, law, directions);
@@ -123,9 +135,10 @@ class TuneObjective : public Objective {
   // Whether a memory beyond that of the lanes makes each candidate and direction a run of its own.
   bool runs_one_by_one() const { return structure_.settings.memory + 2 > batch_capacity; }
 
-  // The numbers of the law at a point, and how they change with its coordinates first .. first + count - 1.
+  // The numbers of the law at a point, and how they change with its coordinates first .. first +
+  // count - 1.
   void differentiate_law(const Point& point, Eigen::Index first, Eigen::Index count,
-                          std::vector<double>& law, std::vector<double>& directions) const {
+                         std::vector<double>& law, std::vector<double>& directions) const {
     const std::size_t size = law_size();
     std::vector<Dual<double>> x(static_cast<std::size_t>(dimension_)), fused(size);
     double* slope = directions.data();
@@ -173,7 +186,7 @@ class TuneObjective : public Objective {
     std::vector<double> laws(static_cast<std::size_t>(points.cols()) * size);
     for (Eigen::Index j = 0; j < points.cols(); ++j) {
       parameters_to_law(structure_, parameters_.full(points.col(j).data()),
-                         laws.data() + static_cast<std::size_t>(j) * size);
+                        laws.data() + static_cast<std::size_t>(j) * size);
     }
     return laws;
   }
@@ -207,6 +220,7 @@ struct TuningTask {
 // The share of a search for free taps that looks for gains and orders to start from.
 constexpr double start_share = 0.3;
 
+// x is empty where the search was interrupted before it knew a first cost.
 struct TuningResult : SearchResult {
   Structure structure;  // what x stands for: the task's, with the lateral channel chosen
 };
@@ -240,6 +254,7 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
   task.evaluations = std::max<std::int64_t>(
       1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
   SearchResult found = run_stage(task, callback);
+  if (found.x.size() == 0) return found;
   std::vector<double> taps = parameters_of(
       wanted, design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end())));
   task.structure.parameters = wanted;
@@ -264,6 +279,7 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
 using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
 
 inline TuningResult run_tuning(TuningTask task, const TuningCallback& callback = {}) {
+  const StandardArithmetic arithmetic;
   TuningResult best;
   best.structure = task.structure;
   std::int64_t spent = 0;

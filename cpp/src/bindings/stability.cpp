@@ -35,10 +35,7 @@ RowMatrix reference_rows(const PeriodicReference& reference) {
 py::dict analyse(const Scenario& scenario, const PyController& controller) {
   LoopStability found;
   Outcome outcome;
-  {
-    const py::gil_scoped_release release;
-    outcome = analyse_loop(scenario, controller.settings, found);
-  }
+  watched([&] { outcome = analyse_loop(scenario, controller.settings, found); });
   check("stability.loop", outcome);
   py::dict result;
   result["verdict"] = word(found.verdict);
@@ -89,10 +86,9 @@ py::array final_errors(const Scenario& scenario, const PyController& controller,
   auto* const errors = reinterpret_cast<FinalErrors*>(result.mutable_data());
   const double* const first = poses.data();
   const py::ssize_t count = poses.shape(0);
-  {
-    const py::gil_scoped_release release;
+  watched([&] {
     basin(prepare(scenario), controller.settings, first, count, last_samples, threads, errors);
-  }
+  });
   return result;
 }
 
@@ -104,12 +100,12 @@ py::tuple linear_plant(const Scenario& scenario, double speed) {
 }  // namespace
 
 void bind_stability(py::module_& module) {
-  module.def("analyse_loop", &analyse, py::arg("scenario"), py::arg("controller"));
-  module.def("loop_jacobians", &jacobians, py::arg("scenario"), py::arg("controller"),
+  module.def("analyse_loop", &analyse, Computes(), py::arg("scenario"), py::arg("controller"));
+  module.def("loop_jacobians", &jacobians, Computes(), py::arg("scenario"), py::arg("controller"),
              py::arg("orbit"));
-  module.def("final_errors", &final_errors, py::arg("scenario"), py::arg("controller"),
+  module.def("final_errors", &final_errors, Computes(), py::arg("scenario"), py::arg("controller"),
              py::arg("poses"), py::arg("last_samples"), py::arg("threads"));
-  module.def("linear_plant", &linear_plant, py::arg("scenario"), py::arg("speed"));
+  module.def("linear_plant", &linear_plant, Computes(), py::arg("scenario"), py::arg("speed"));
 }
 
 }  // namespace nfopidn::python

@@ -93,7 +93,7 @@ py::dict to_dict(const Search& search, const std::string& reason) {
     ++row;
   }
   py::dict result;
-  result["x"] = r.x;
+  result["x"] = r.x;  // empty where the search ended before its first cost
   result["fun"] = r.cost;
   result["nfev"] = r.evaluations;
   result["reason"] = reason;
@@ -112,7 +112,6 @@ struct Request {
   SearchLimits limits;
   std::uint64_t seed;
   py::object callback;
-  py::object asked;  // whether a signal that its handler has only noted asks for an end
   Json problem;
 
   explicit Request(const py::dict& given)
@@ -124,8 +123,7 @@ struct Request {
         limits{given["maxfev"].cast<std::int64_t>(), given["maxtime"].cast<double>(),
                given["stopval"].cast<double>()},
         seed(given["seed"].cast<std::uint64_t>()),
-        callback(given["callback"]),
-        asked(given["asked"]) {
+        callback(given["callback"]) {
     if (!given["start"].is_none()) start = given["start"].cast<Eigen::VectorXd>();
     check("checkpoint", parse_json(given["problem"].cast<std::string>(), problem));
   }
@@ -148,29 +146,41 @@ BfoaOptions read_bfoa_options(const py::dict& given) {
 }
 
 // Saves a search now and then: not more often than twice a second, and not for more than a
-// twentieth of the time.
+// twentieth of the time. What cannot be written now is written later.
 class Checkpoint {
  public:
-  explicit Checkpoint(const Request& request)
-      : path_(request.checkpoint), problem_(request.problem) {}
+  explicit Checkpoint(const Request& request) : file_(request.checkpoint, request.problem) {}
+
+  bool is_wanted() const { return !file_.path().empty(); }
+
+  // Before the search begins. What is not as it should be, though the search can go on, is warned
+  // of.
+  void begin(Search& search) {
+    check("checkpoint", check_writable(file_.path()));
+    check("checkpoint", file_.lock());
+    std::string note;
+    check("checkpoint", file_.load(search, note));
+    if (!note.empty()) warn(note);
+  }
 
   void save_if_due(const Search& search) {
-    if (path_.empty() || Clock::now() < next_) return;
-    save(search);
+    if (!is_wanted() || Clock::now() < next_) return;
+    save(search, false);
   }
   // Not while an earlier process's answers are still being repeated: the file has more. Nor what no
   // search can go on from.
-  void save(const Search& search) {
-    if (path_.empty() || search.is_replaying() || is_spoilt(search.record())) return;
+  void save(const Search& search, bool last) {
+    if (!is_wanted() || search.is_replaying() || is_spoilt(search.record())) return;
     const Clock::time_point begin = Clock::now();
-    const Outcome saved = save_checkpoint(path_, problem_, search);
-    if (!saved) fault = saved;
+    const Outcome before = std::exchange(fault, file_.save(search));
+    if (!fault && before && !last) warn_of_fault();
     const Clock::time_point end = Clock::now();
     const Clock::duration least = std::chrono::milliseconds(500);
     next_ = end + std::max(least, 20 * (end - begin));
   }
 
-  Outcome fault;
+  Outcome fault;                   // of the last time
+  py::object raised = py::none();  // where warnings are errors; the search then ends
 
  private:
   bool is_spoilt(const std::vector<double>& record) {
@@ -180,8 +190,22 @@ class Checkpoint {
     return spoilt_;
   }
 
-  std::string path_;
-  Json problem_;
+  static void warn(const std::string& note) {
+    const std::string text = "checkpoint: " + printable(note);
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+  }
+
+  // The search goes on: the disk may have room again before it ends.
+  void warn_of_fault() {
+    const py::gil_scoped_acquire acquire;
+    try {
+      warn(fault.message + "; the search goes on, and tries again");
+    } catch (const py::error_already_set& error) {
+      raised = raised_by(error);
+    }
+  }
+
+  CheckpointFile file_;
   std::ptrdiff_t seen_ = 0;  // answers looked at
   bool spoilt_ = false;
   Clock::time_point next_ = Clock::now() + std::chrono::milliseconds(500);
@@ -204,34 +228,32 @@ void check_resumed(Objective& objective, const Request& request, const SearchRes
 
 // Runs the search without the GIL; the callback and Ctrl-C are looked after between steps.
 py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& bend) {
+  const StandardArithmetic arithmetic;
   Search search(objective, {request.low, request.high, bend}, request.limits, request.seed);
   search.start = request.start;
   Checkpoint checkpoint(request);
-  if (!request.checkpoint.empty()) {
-    check("checkpoint", load_checkpoint(request.checkpoint, request.problem, search));
-    check("checkpoint", check_writable(request.checkpoint));
+  if (checkpoint.is_wanted()) {
+    checkpoint.begin(search);
     search.set_witness([&] { checkpoint.save_if_due(search); });
   }
   const bool resumes = search.is_replaying();
-  search.keeps_record = !request.checkpoint.empty();
+  search.keeps_record = checkpoint.is_wanted();
   bool interrupted = false;
   py::object raised = py::none();  // by the callback, or by a signal's handler
   Clock::time_point next_look{};
   search.set_interruption([&] {
+    if (!checkpoint.raised.is_none()) return true;
     if (Clock::now() < next_look) return false;
     next_look = Clock::now() + std::chrono::milliseconds(50);
     const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() == 0) {
-      interrupted = !request.asked.is_none() && request.asked().cast<bool>();
-      return interrupted;
-    }
+    if (!StopIf::raises()) return false;
     interrupted = true;
     const py::error_already_set error;
     if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
     return true;
   });
   search.set_callback([&](const SearchResult& so_far) {
-    if (!checkpoint.fault) return false;
+    if (!checkpoint.raised.is_none()) return false;
     if (request.callback.is_none() || search.is_replaying()) return true;
     const py::gil_scoped_acquire acquire;
     const HistoryRow& row = so_far.history.back();
@@ -255,11 +277,11 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     BfoaPlus(search, options, request.limits.evaluations).run();
   }
   if (resumes) check_resumed(objective, request, search.result);
-  if (checkpoint.fault.status == Status::ok) checkpoint.save(search);
+  checkpoint.save(search, true);
   py::dict result = to_dict(
       search, interrupted ? "interrupted" : reasons[static_cast<int>(search.result.reason)]);
   result["checkpoint_fault"] = checkpoint.fault.message;
-  result["raised"] = raised;
+  result["raised"] = raised.is_none() ? checkpoint.raised : raised;
   return result;
 }
 
@@ -320,8 +342,7 @@ class PyObjective {
     const Points columns = points.transpose();
     py::array_t<double> result(points.rows());
     double* const costs = result.mutable_data();
-    const py::gil_scoped_release release;
-    objective_.costs(columns, costs);
+    watched([&] { objective_.costs(columns, costs); });
     return result;
   }
   std::pair<double, Eigen::VectorXd> gradient(const Eigen::VectorXd& x) {
@@ -330,8 +351,8 @@ class PyObjective {
                             std::to_string(dimension_));
     }
     Eigen::VectorXd slopes(x.size());
-    const py::gil_scoped_release release;
-    const double cost = objective_.gradient(x, slopes.data());
+    double cost = 0;
+    watched([&] { cost = objective_.gradient(x, slopes.data()); });
     return {cost, std::move(slopes)};
   }
 
@@ -420,27 +441,38 @@ void bind_tuning(py::module_& module) {
                           "dimension, risk, threads)\n--\n\nWhat nfopidn.Objective is made of.")
       .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
                     const std::vector<int>&, const std::vector<double>&, int, double, int>(),
-           py::arg("scenarios"), py::arg("controller"), py::arg("parameters"), py::arg("source"),
-           py::arg("fixed"), py::arg("dimension"), py::arg("risk"), py::arg("threads"))
-      .def("costs", &PyObjective::costs, "costs(self, points)\n--\n\n(n, p) to (n,).",
+           Computes(), py::arg("scenarios"), py::arg("controller"), py::arg("parameters"),
+           py::arg("source"), py::arg("fixed"), py::arg("dimension"), py::arg("risk"),
+           py::arg("threads"))
+      .def("costs", &PyObjective::costs, Computes(), "costs(self, points)\n--\n\n(n, p) to (n,).",
            py::arg("points"))
       .def("gradient", &PyObjective::gradient,
            "gradient(self, x)\n--\n\nThe cost at x, and its partial derivatives.", py::arg("x"));
-  module.def("search_function", &search_function, py::arg("function"), py::arg("request"));
-  module.def("search_controller", &search_controller, py::arg("scenarios"), py::arg("controller"),
-             py::arg("parameters"), py::arg("source"), py::arg("fixed"), py::arg("risk"),
-             py::arg("threads"), py::arg("request"));
-  module.def("search_rival", &search_rival, py::arg("scenarios"), py::arg("rival"),
+  module.def("search_function", &search_function, Computes(), py::arg("function"),
+             py::arg("request"));
+  module.def("search_controller", &search_controller, Computes(), py::arg("scenarios"),
+             py::arg("controller"), py::arg("parameters"), py::arg("source"), py::arg("fixed"),
+             py::arg("risk"), py::arg("threads"), py::arg("request"));
+  module.def("search_rival", &search_rival, Computes(), py::arg("scenarios"), py::arg("rival"),
              py::arg("source"), py::arg("fixed"), py::arg("risk"), py::arg("threads"),
              py::arg("request"));
-  module.def("structure", &structure_by_name, py::arg("name"));
-  module.def("parameter_bounds", &bounds_of, py::arg("controller"), py::arg("parameters"));
-  module.def("design", &design, py::arg("controller"), py::arg("parameters"), py::arg("source"),
-             py::arg("fixed"), py::arg("x"));
-  module.def("parameters", &parameters, py::arg("controller"), py::arg("parameters"),
+  module.def(
+      "checkpoint_problem",
+      [](const std::string& path) -> py::object {
+        const Json problem = checkpoint_problem(path);
+        if (problem.is_null()) return py::none();
+        return py::str(problem.dump());
+      },
+      py::arg("path"));
+  module.def("structure", &structure_by_name, Computes(), py::arg("name"));
+  module.def("parameter_bounds", &bounds_of, Computes(), py::arg("controller"),
+             py::arg("parameters"));
+  module.def("design", &design, Computes(), py::arg("controller"), py::arg("parameters"),
+             py::arg("source"), py::arg("fixed"), py::arg("x"));
+  module.def("parameters", &parameters, Computes(), py::arg("controller"), py::arg("parameters"),
              py::arg("design"));
-  module.def("default_options", &defaults_of, py::arg("method"));
-  module.def("check_options", &check_options_of, py::arg("method"), py::arg("options"));
+  module.def("default_options", &defaults_of, Computes(), py::arg("method"));
+  module.def("check_options", &check_options_of, Computes(), py::arg("method"), py::arg("options"));
 }
 
 }  // namespace nfopidn::python

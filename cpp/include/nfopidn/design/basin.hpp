@@ -30,7 +30,8 @@ FinalErrors final_errors(const PreparedRun& run, Law& law, const State<double>& 
     heading += error.theta * error.theta;
   };
   law.reset();
-  const LoopResult<double> loop = run_closed_loop<double>(run.plant, law, start, inputs, observe);
+  const LoopResult<double> loop =
+      run_closed_loop<double>(run.plant, law, start, inputs, observe, run.poll());
   if (loop.completed < inputs.samples) return {};
   return {std::sqrt(position / last_samples), std::sqrt(heading / last_samples)};
 }
@@ -41,6 +42,7 @@ FinalErrors final_errors(const PreparedRun& run, Law& law, const State<double>& 
 // velocity. The result does not depend on the number of threads.
 inline void basin(const PreparedRun& run, const ControllerDesign& design, const double* poses,
                   std::ptrdiff_t count, int last_samples, int threads, FinalErrors* errors) {
+  const StandardArithmetic arithmetic;
   // Every so many of them: neighbours take similar times.
   Team(threads).in_shares(threads, 1, [&](std::ptrdiff_t from, std::ptrdiff_t shares) {
     with_controller(design, run.limits, [&](auto& law) {

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "nfopidn/io/json_controller.hpp"
 #include "nfopidn/io/json_scenario.hpp"
@@ -26,16 +28,33 @@ inline bool file_exists(const std::string& path) {
   return std::filesystem::exists(path, ignored);
 }
 
-inline Outcome read_file(const std::string& path, std::string& text) {
+// No document or table that is meant is as large: 10 million samples take some 0.6 GB.
+constexpr std::size_t largest_file = std::size_t{1} << 30;  // [bytes]
+
+// A text, from a file or a pipe. What has no end, such as /dev/zero, is refused before it fills the
+// memory: it holds bytes 0, which no text has, or is too large.
+inline Outcome read_file(const std::string& path, std::string& text,
+                         std::size_t largest = largest_file) {
   errno = 0;
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) errno = EISDIR;
   std::ifstream stream(path, std::ios::binary);
   if (errno == EISDIR || !stream) return file_fault(path, "cannot be read");
-  std::ostringstream content;
-  content << stream.rdbuf();
-  if (stream.bad()) return file_fault(path, "cannot be read");
-  text = content.str();
+  text.clear();
+  std::vector<char> piece(std::size_t{1} << 16);
+  while (stream) {
+    stream.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    const auto count = static_cast<std::size_t>(stream.gcount());
+    if (stream.bad()) return file_fault(path, "cannot be read");
+    if (std::memchr(piece.data(), 0, count) != nullptr) {
+      return {Status::not_a_choice, path + ": holds a byte 0; must be text in UTF-8"};
+    }
+    if (text.size() + count > largest) {
+      return {Status::out_of_range, path + ": is larger than " + std::to_string(largest) +
+                                        " bytes, the most that is read"};
+    }
+    text.append(piece.data(), count);
+  }
   return {};
 }
 
@@ -65,22 +84,44 @@ struct OutputTarget {
   std::string path;         // of a link the file that it points to, which is replaced
   int descriptor = -1;      // of a name such as /dev/stdout, which is written on
   bool is_special = false;  // a pipe or a device, written directly
+  std::string draft;        // once it is open, the file that is written in its stead
 
   bool is_direct() const { return descriptor >= 0 || is_special; }
-  std::string draft() const { return path + ".part" + std::to_string(::getpid()); }
-  std::FILE* open() const {
-    if (descriptor < 0) return std::fopen(is_special ? path.c_str() : draft().c_str(), "wb");
-    const int own = ::dup(descriptor);
-    return own < 0 ? nullptr : ::fdopen(own, "wb");
+  // For what is not written directly, a draft of a name that nobody else has, in no process.
+  std::FILE* open() {
+    if (descriptor >= 0) {
+      const int own = ::dup(descriptor);
+      return own < 0 ? nullptr : ::fdopen(own, "wb");
+    }
+    if (is_special) return std::fopen(path.c_str(), "wb");
+    static std::atomic<unsigned> drafts{0};
+    for (;;) {
+      draft = path + ".part" + std::to_string(::getpid()) + "-" + std::to_string(drafts++);
+      const int own = ::open(draft.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (own >= 0) return ::fdopen(own, "wb");
+      if (errno != EEXIST) return nullptr;
+    }
   }
-  // The draft takes the name, and the mode of what had it.
-  bool replace() const {
+  // The draft takes the name, and the mode of what had it, which is kept under another name if one
+  // is given: the name itself always stands for one of the two.
+  bool replace(const std::string& previous) const {
     std::error_code ignored;
     const auto before = std::filesystem::status(path, ignored);
     if (std::filesystem::exists(before)) {
-      std::filesystem::permissions(draft(), before.permissions(), ignored);
+      std::filesystem::permissions(draft, before.permissions(), ignored);
+      if (!previous.empty()) keep_as(previous);
     }
-    return std::rename(draft().c_str(), path.c_str()) == 0;
+    return std::rename(draft.c_str(), path.c_str()) == 0;
+  }
+
+ private:
+  // Best effort: what is new must not be lost for it.
+  void keep_as(const std::string& previous) const {
+    const std::string linked = draft + "p";
+    std::error_code failed;
+    std::filesystem::create_hard_link(path, linked, failed);
+    if (failed) std::filesystem::copy_file(path, linked, failed);
+    if (failed || std::rename(linked.c_str(), previous.c_str()) != 0) std::remove(linked.c_str());
   }
 };
 
@@ -119,14 +160,15 @@ inline Outcome check_writable(const std::string& path) {
   std::FILE* const file = target.open();
   if (file == nullptr) return unwritable(path);
   std::fclose(file);
-  std::remove(target.draft().c_str());
+  std::remove(target.draft.c_str());
   return {};
 }
 
 // Writes a file whole or not at all: it takes its name when all of it is there, and what had the
 // name before then goes. A name that stands for no regular file, or for an open one (a pipe,
-// /dev/stdout), is written directly.
-inline Outcome write_file(const std::string& path, const std::string& content) {
+// /dev/stdout), is written directly. With `previous`, what had the name before is kept as that.
+inline Outcome write_file(const std::string& path, const std::string& content,
+                          const std::string& previous = {}) {
   OutputTarget target;
   if (!find_target(path, target)) return unwritable(path);
   std::FILE* const file = target.open();
@@ -137,10 +179,10 @@ inline Outcome write_file(const std::string& path, const std::string& content) {
   const int reason = errno;
   const bool closed = std::fclose(file) == 0;
   if (!written) errno = reason;
-  const bool done = written && closed && (target.is_direct() || target.replace());
+  const bool done = written && closed && (target.is_direct() || target.replace(previous));
   if (done) return {};
   const int why = errno;
-  if (!target.is_direct()) std::remove(target.draft().c_str());
+  if (!target.is_direct()) std::remove(target.draft.c_str());
   errno = why;
   return unwritable(path);
 }
