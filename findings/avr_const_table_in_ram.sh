@@ -3,8 +3,8 @@
 #
 # One would guess: "static const double reference[300]" lies in the 32 KB of flash of an Arduino Uno, like on every
 #   other microcontroller, with 8 bytes an item.
-# What happens: the AVR reads flash by other instructions than RAM, so the compiler keeps constants in RAM: the start-up code
-#   copies them there from flash. 300 values take 1200 of the 2048 bytes, 600 overflow, which the linker only notices
+# What happens: the AVR reads flash by other instructions than RAM, so the compiler keeps constants in RAM: the
+#   start-up code copies them there from flash. 300 values take 1200 of the 2048 bytes, 600 overflow, which the linker only notices
 #   since they are more than all RAM; 480 link without a word and leave 122 bytes for the stack. PROGMEM
 #   keeps the table in flash, and each read then needs pgm_read_float. double has 4 bytes: 16777217.0 is 16777216.
 # Why it matters: the reference of a path, a table of weights and a filter's taps are such tables. A stack that grows

@@ -30,7 +30,8 @@ fused() { # EXPECTED FILE OPTION...
   shift 2
   "$gcc" -O2 "$@" -S -o out.s "$file" 2> messages.txt
   count=$(grep -cE '\bfn?m(add|sub)\b' out.s || true)
-  printf '  %-9s -O2 %-24s fused instructions: %s, warnings: %s\n' "$file" "$*" "$count" "$(grep -c warning: messages.txt || true)"
+  printf '  %-9s -O2 %-18s fused instructions: %s, warnings: %s\n' \
+    "$file" "$*" "$count" "$(grep -c warning: messages.txt || true)"
   [ "$count" -eq "$expected" ]
 }
 
