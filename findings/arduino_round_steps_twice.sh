@@ -4,9 +4,8 @@
 # One would guess: round() is the function of <math.h>, as Arduino.h includes that header: one evaluation, a double.
 # What happens: Arduino.h for AVR boards defines round as a macro that names its argument three times, of which two
 #   are evaluated, and that yields a long. A controller called inside it takes two steps a sample: its
-#   integrator and its history run at double speed, the output of the first step is only compared with zero. Values above
-#   2^31 do not fit, and round(15.0) / 10 is 1. Any class with a member called round no longer compiles.
-#   Cores of other boards have the function, so the same sketch behaves well there.
+#   integrator and its history run at double speed, the output of the first step is only compared with zero. And
+#   round(15.0) / 10 is 1.
 # Why it matters: PWM counts are made in just this way: analogWrite(pin, round(255 * step(...))).
 # Seen with: arduino-core-avr 1.8.7 (Debian 12), the macro taken from its header and compiled for this machine.
 # Source: https://github.com/arduino/ArduinoCore-API/issues/76 (the macro yields a long) and

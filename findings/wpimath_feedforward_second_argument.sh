@@ -7,8 +7,8 @@
 #   another. With kV = 2, kA = 0.5 the call returns 280 V for the expected 30 V. Constant speed written as (v, 0)
 #   asks the robot to stop within 20 ms: calculate(1, 0) is -24 V where 2 V are wanted. In Python both are plain
 #   numbers, so that nothing can object.
-# Why it matters: the feedforward of a trajectory is its largest part. Code carried over from earlier
-#   years, or written after the guide, drives both motors into their limits, backwards.
+# Why it matters: the feedforward of a trajectory is its largest part. Code written after the guide drives both
+#   motors into their limits, at constant speed backwards.
 # Seen with: robotpy-wpimath 2026.2.2.
 # Source: https://docs.wpilib.org/en/latest/_sources/docs/software/advanced-controls/controllers/feedforward.rst.txt
 #   (the call with an acceleration); the docstring of calculate in the package names currentVelocity, nextVelocity.
