@@ -1,4 +1,8 @@
-"""A first tuning: both searches on the published scenario, and how they converge.
+"""
+A first tuning
+==============
+
+Both searches on the published scenario, and how they converge.
 
 python examples/tune.py [picture]
 """
