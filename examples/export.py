@@ -15,6 +15,7 @@ import nfopidn
 # Tune for the path that the board will drive.
 scenario = nfopidn.Scenario.published(period=100, rng=0)
 controller = nfopidn.tune(scenario, structure="extended", rng=1).controller
+nfopidn.plot.total_torque(nfopidn.simulate(scenario, controller))
 
 # %%
 # The law itself, what a real robot needs beside it (faults, odometry, signs), and the path as a

@@ -33,6 +33,7 @@ ASSETS = ("docs/images/*", "docs/study/*")
 GUIDES = ("tuning", "stability", "comparison", "rivals", "embedding", "fractional", "report")
 PAPER = ("theory", "reproduction", "study/README", "equations")
 REFERENCE = ("api/index", "settings", "commands", "cpp/index")
+TITLES = {"study/README": "Tables and figures", "bench/firmware": "Figures of the firmware"}
 PROJECT = ("CONTRIBUTING", "CHANGELOG", "bench/README", "bench/firmware", "tests/golden/README")
 
 LINK = re.compile(r"(?<=\]\()([^)\s#:]+)(#[^)\s]*)?(?=\))")
@@ -106,8 +107,10 @@ def contents(names: set[str]) -> str:
     lines: list[str] = []
     for caption, group in captioned.items():
         lines += ["", "```{toctree}", ":hidden:", f":caption: {caption}", ""]
-        lines += [name for name in group if name in names or name in generated]
-        lines += ["```"]
+        for name in group:
+            if name in names or name in generated:
+                lines.append(f"{TITLES[name]} <{name}>" if name in TITLES else name)
+        lines.append("```")
     return "\n".join(lines) + "\n"
 
 

@@ -29,7 +29,7 @@ version = release = nfopidn.__version__
 language = "en"
 root_doc = "index"
 default_role = "py:obj"  # docstrings write names in single backticks
-nitpicky = False
+smartquotes = False  # quotes in docstrings are those of strings
 
 extensions = [
     "myst_parser",
@@ -57,6 +57,8 @@ autodoc_member_order = "groupwise"
 autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_use_param = False  # several parameters in one entry stay one
+napoleon_use_ivar = True
 
 breathe_projects = {"nfopidn": str(OUTPUT / "doxygen" / "xml")}
 breathe_default_project = "nfopidn"
@@ -85,6 +87,7 @@ html_static_path = [str(SITE / "static")]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 html_theme_options = {
     "light_css_variables": {
         "color-brand-primary": "#0a5c7a",
