@@ -9,7 +9,8 @@ import re
 import sys
 from pathlib import Path
 
-SCOPE = re.compile(r"(?:inline\s+)?(?:namespace|class|struct|union|enum)\b|extern\s+\"C\"")
+# What opens a scope of declarations; string literals are blank: extern "C".
+SCOPE = re.compile(r"(?:inline\s+)?(?:namespace|class|struct|union|enum)\b|extern\s+_")
 LITERAL = re.compile(r"\"(?:\\.|[^\"\\])*\"|'(?:\\.|[^'\\])'")
 
 

@@ -58,7 +58,7 @@ autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_param = False  # several parameters in one entry stay one
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]  # not as links to names alike
 
 breathe_projects = {"nfopidn": str(OUTPUT / "doxygen" / "xml")}
 breathe_default_project = "nfopidn"
