@@ -58,10 +58,7 @@ class Scopes:
             return
         for letter in LITERAL.sub("_", code):
             if letter == "{":
-                self.open.append(
-                    self.parentheses == 0
-                    and SCOPE.match(without_template(self.statement)) is not None
-                )
+                self.open.append(SCOPE.match(without_template(self.statement)) is not None)
             elif letter == "}" and self.open:
                 self.open.pop()
             self.parentheses += {"(": 1, ")": -1}.get(letter, 0)
@@ -116,13 +113,12 @@ def filtered(source: str) -> str:
                 result += lines[start:i]
             at_top = False
             continue
-        at_top = at_top and not following
+        at_top = False
         code, comment = split_comment(lines[i])
-        inside = scopes.declares
         scopes.read(code)
         # Behind a member or the value of an enum; what closes a scope has nothing to document.
         member = code.rstrip().endswith((";", ",")) and not code.lstrip().startswith("}")
-        if comment is not None and inside and scopes.declares and member:
+        if comment is not None and scopes.declares and member:
             result.append(f"{code}///<{escaped(comment)}")
         else:
             result.append(lines[i])

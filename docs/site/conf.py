@@ -157,7 +157,27 @@ def plain_docstring(
         lines.insert(0, "")  # else napoleon takes what stands before a colon for a type
 
 
+SIDEBARS: dict[tuple[str, str], str] = {}
+
+
+def share_sidebar(app: Any, page: str, template: str, context: Any, doctree: Any) -> None:
+    """Make the sidebar once a folder for pages that do not stand in it: to make it takes long."""
+    standing = {name for names in app.env.toctree_includes.values() for name in names}
+    if page in standing or page == root_doc or "toctree" not in context:
+        return
+    toctree = context["toctree"]
+
+    def shared(**settings: Any) -> str:
+        key = (page.rpartition("/")[0], repr(sorted(settings.items())))
+        if key not in SIDEBARS:
+            SIDEBARS[key] = toctree(**settings)
+        return SIDEBARS[key]
+
+    context["toctree"] = shared
+
+
 def setup(app: Any) -> None:
     """Register what is above."""
+    app.connect("html-page-context", share_sidebar, priority=400)  # before the theme's
     app.connect("build-finished", copy_mathjax)
     app.connect("autodoc-process-docstring", plain_docstring, priority=100)

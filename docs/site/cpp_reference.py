@@ -125,13 +125,16 @@ def pages(repository: Path) -> dict[str, str]:
 
 
 def header_page(header: Path, name: str) -> str:
-    """Return the page of a header."""
+    """Return the page of a header. It does not stand in the sidebar, which would be too long."""
     title = header.relative_to("nfopidn").as_posix()
-    up = "../" * (name.count("/") + 1)
-    return f"""{title}
+    source = f"{'../' * (name.count('/') + 1)}source/{INCLUDE}/{header.as_posix()}"
+    return f""":orphan:
+
+{title}
 {"=" * len(title)}
 
-``#include "{header.as_posix()}"`` · :doc:`source <{up}source/{INCLUDE}/{header.as_posix()}>`
+:doc:`C++ reference </cpp/index>` · ``#include "{header.as_posix()}"`` ·
+:doc:`source <{source}>`
 
 .. doxygenfile:: {header.as_posix()}
    :project: nfopidn
@@ -154,8 +157,6 @@ def index_page(folders: dict[str, list[tuple[str, str, Path]]]) -> str:
         lines += [title, "-" * len(title), "", ".. list-table::", "   :widths: 35 65", ""]
         for name, told, header in rows:
             lines += [f"   * - :doc:`{header.name} <{name}>`", f"     - {rst_text(told)}"]
-        lines += ["", ".. toctree::", "   :hidden:", ""]
-        lines += [f"   {header.name} <{name}>" for name, _, header in rows]
         lines += [""]
     return "\n".join(lines)
 

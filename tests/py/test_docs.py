@@ -131,7 +131,7 @@ def test_every_header_has_a_page_and_stands_in_the_index():
     index = pages["cpp/index.rst"]
     for name in set(pages) - {"cpp/index.rst"}:
         page = name.removeprefix("cpp/").removesuffix(".rst")
-        assert index.count(f"<{page}>") >= 2  # in the table and in the sidebar
+        assert f"<{page}>`" in index
     assert cpp_reference.summary("// L2. The law, once. More.\n#pragma once") == "The law, once."
 
 
