@@ -4,7 +4,7 @@ NFOPIDN and its rivals
 
 Every controller on the published scenario, each tuned by the same search with the same budget.
 
-python examples/comparison.py [comparison.png]
+``python examples/comparison.py [comparison.png]``
 """
 
 import sys

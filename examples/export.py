@@ -4,7 +4,7 @@ A controller as C source
 
 The control step as C99 that needs neither heap nor a mathematics library.
 
-python examples/export.py [folder]
+``python examples/export.py [folder]``
 """
 
 import sys

@@ -4,7 +4,7 @@ Fractional operators
 
 How good each method of discretisation is, and what long memory costs.
 
-python examples/fractional.py [discretisation.png]
+``python examples/fractional.py [discretisation.png]``
 """
 
 import math

@@ -4,7 +4,7 @@ The paper's scenario on one page
 
 One lap of the paper's path under the paper's gains.
 
-python examples/overview.py [overview.png]
+``python examples/overview.py [overview.png]``
 """
 
 import sys

@@ -4,7 +4,7 @@ A path and a robot of your own
 
 From positions and a robot's data to a tuned controller, its verdict and its file.
 
-python examples/own_path.py [own_path.png]
+``python examples/own_path.py [own_path.png]``
 """
 
 import sys

@@ -4,7 +4,7 @@ Is the loop stable, and from where?
 
 Verdicts on the published gains and on tuned ones, Floquet multipliers, and basins of attraction.
 
-python examples/stability.py [stability.png]
+``python examples/stability.py [stability.png]``
 """
 
 import sys

@@ -4,7 +4,7 @@ A first tuning
 
 Both searches on the published scenario, and how they converge.
 
-python examples/tune.py [picture]
+``python examples/tune.py [picture]``
 """
 
 import sys

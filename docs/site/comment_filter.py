@@ -79,11 +79,11 @@ def documentation(comments: list[str], indent: str) -> list[str]:
     for comment in comments:
         formula = comment.startswith("   ")
         if formula != verbatim:
-            lines.append(f"{indent}/// " + ("@verbatim" if formula else "@endverbatim"))
+            lines.append(f"{indent}/// " + ("<pre>" if formula else "</pre>"))
             verbatim = formula
-        lines.append(f"{indent}///" + (comment[2:] if formula else escaped(comment)))
+        lines.append(f"{indent}///" + escaped(comment[2:] if formula else comment))
     if verbatim:
-        lines.append(f"{indent}/// @endverbatim")
+        lines.append(f"{indent}/// </pre>")
     return lines
 
 

@@ -29,7 +29,7 @@ version = release = nfopidn.__version__
 language = "en"
 root_doc = "index"
 default_role = "py:obj"  # docstrings write names in single backticks
-smartquotes = False  # quotes in docstrings are those of strings
+smartquotes_action = "D"  # dashes; quotes in docstrings are those of strings
 
 extensions = [
     "myst_parser",
@@ -57,6 +57,7 @@ autodoc_member_order = "groupwise"
 autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_attr_annotations = False
 napoleon_use_param = False  # several parameters in one entry stay one
 napoleon_custom_sections = [("Attributes", "params_style")]  # not as links to names alike
 

@@ -152,7 +152,7 @@ def page(repository: Path) -> tuple[str, set[str]]:
         for place in places:
             by_file[place.path].append(place.line)
         return "<br>".join(
-            f"{Path(path).name}:"
+            f"`{Path(path).parent.name}/{Path(path).name}`"
             + ",".join(f' <a href="source/{path}.html#line-{n}">{n}</a>' for n in sorted(set(own)))
             for path, own in by_file.items()
         )

@@ -107,7 +107,7 @@ def test_a_comment_is_text_to_doxygen():
 
 def test_lines_that_are_set_in_are_formulas():
     text = filtered("// The law:\n//   a = b < c\n// with c.\nint f();\n")
-    assert "/// The law:\n/// @verbatim\n/// a = b < c\n/// @endverbatim\n/// with c.\n" in text
+    assert "/// The law:\n/// <pre>\n/// a = b \\< c\n/// </pre>\n/// with c.\n" in text
 
 
 def test_the_headers_lose_no_line_of_code():
