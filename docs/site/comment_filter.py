@@ -74,17 +74,18 @@ def escaped(text: str) -> str:
 
 def documentation(comments: list[str], indent: str) -> list[str]:
     """Return a block's lines as Doxygen's; lines set in by two more blanks are formulas."""
-    lines: list[str] = []
-    verbatim = False
-    for comment in comments:
-        formula = comment.startswith("   ")
-        if formula != verbatim:
-            lines.append(f"{indent}/// " + ("<pre>" if formula else "</pre>"))
-            verbatim = formula
-        lines.append(f"{indent}///" + escaped(comment[2:] if formula else comment))
-    if verbatim:
-        lines.append(f"{indent}/// </pre>")
-    return lines
+    formulas = [comment.startswith("   ") for comment in comments]
+    if not any(formulas):
+        return [f"{indent}///{escaped(comment)}" for comment in comments]
+    # Of a /// block Doxygen would show the slashes beside a formula.
+    lines = [f"{indent}/**"]
+    before = False
+    for comment, formula in zip([*comments, ""], [*formulas, False], strict=True):
+        if formula != before:
+            lines.append("@verbatim" if formula else "@endverbatim")
+        lines.append(comment[3:] if formula else escaped(comment))
+        before = formula
+    return [*lines, f"{indent}*/"]
 
 
 def filtered(source: str) -> str:
@@ -104,7 +105,11 @@ def filtered(source: str) -> str:
         if block:
             indent = lines[start][: len(lines[start]) - len(lines[start].lstrip())]
             if at_top:
-                result += [f"{indent}/// @file", *documentation(block, indent)]
+                documented = documentation(block, indent)
+                # In a /** block @file stands in a line of its own behind the opening.
+                opening = documented[:1] if documented[0].endswith("/**") else []
+                mark = f"{indent}/// @file" if not opening else "@file"
+                result += [*opening, mark, *documented[len(opening) :]]
             elif start and comment_column(lines[start - 1]) == len(indent):
                 result += [f"{indent}///<{escaped(comment)}" for comment in block]  # it goes on
             elif scopes.declares and following and not following.startswith(("#", "}")):

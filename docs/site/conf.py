@@ -78,6 +78,7 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
     "within_subsection_order": "sphinx_gallery.sorting.FileNameSortKey",
     "backreferences_dir": None,
+    "notebook_extensions": set(),
     "matplotlib_animations": False,
     "image_scrapers": ("matplotlib",),
 }
