@@ -1,4 +1,11 @@
-"""NFOPIDN and its rivals on the published scenario, each tuned alike: costs and paths."""
+"""
+NFOPIDN and its rivals
+======================
+
+Every controller on the published scenario, each tuned by the same search with the same budget.
+
+``python examples/comparison.py [comparison.png]``
+"""
 
 import sys
 
@@ -16,11 +23,15 @@ SHOWN = (
     "published",
 )
 
+# %%
+# `nfopidn.tune_contenders` tunes each, `nfopidn.compare` runs them all.
 scenario = Scenario.published(rng=0)
 controllers = nfopidn.tune_contenders(["all"], scenario, seeds=1, progress=sys.stderr.isatty())
 result = nfopidn.compare(controllers, {"published": scenario})
 result.print()
 
+# %%
+# Some of them: the distance from the reference, and the path's start.
 order = [name for name in result.ranking("published").names if name in SHOWN]
 runs = {name: result.first_runs[name, "published"] for name in order}
 figure, (far, start) = plt.subplots(1, 2, figsize=(9.6, 4.6), layout="constrained")

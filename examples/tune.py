@@ -1,6 +1,10 @@
-"""A first tuning: both searches on the published scenario, and how they converge.
+"""
+A first tuning
+==============
 
-python examples/tune.py [picture]
+Both searches on the published scenario, and how they converge.
+
+``python examples/tune.py [picture]``
 """
 
 import sys

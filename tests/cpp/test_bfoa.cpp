@@ -68,6 +68,7 @@ SearchResult search(const Case& given, bool cheap) {
   return search.result;
 }
 
+// eqs. 37-40
 TEST(BfoaGolden, EveryStepIsTheReferences) {
   const CsvTable golden = read_golden_csv("bfoa.csv");
   const std::vector<Case> cases = golden_cases();

@@ -96,6 +96,7 @@ TYPED_TEST(Law, WholeOrdersGiveTheTextbookPid) {
   }
 }
 
+// eq. 33
 TYPED_TEST(Law, TheNeuronIsTanhOfHalfTheNet) {
   ControllerSettings<TypeParam> settings;
   settings.frame = Frame::world;
@@ -115,6 +116,7 @@ TYPED_TEST(Law, TheNeuronIsTanhOfHalfTheNet) {
   }
 }
 
+// eqs. 31-36
 TYPED_TEST(Law, EveryStructureEqualsTheEquations) {
   for (const Form form : {Form::positional, Form::incremental}) {
     for (const Generator generator : {Generator::tustin, Generator::gl}) {
@@ -144,6 +146,7 @@ TYPED_TEST(Law, EveryMemoryEqualsTheEquations) {
   }
 }
 
+// eqs. 31-32
 TYPED_TEST(Law, NamedAllocationsAreThoseOfTheDesign) {
   const auto paper = Allocation<TypeParam>::paper();
   const auto decoupled = Allocation<TypeParam>::decoupled();

@@ -36,6 +36,7 @@ bool near_a_corner(Curve curve, double phase) {
   return std::min({along, std::fabs(along - 2), length / 4 - along}) < margin;
 }
 
+// eqs. 7 and 8
 TEST(Curves, ClosedFormsAreTheDerivativesOfThePositions) {
   for (const Curve curve : named_curves) {
     for (const int cusps : {1, 3, 5}) {
@@ -124,6 +125,7 @@ TEST(Curves, ClosedPathsCloseAndTheOthersGoOn) {
   }
 }
 
+// eqs. 42-43
 TEST(Curves, TheRanunculoidsSpeedAndTurning) {
   const double rate = 2 * M_PI / 150;
   for (double phase = 0; phase < 7; phase += 0.1) {

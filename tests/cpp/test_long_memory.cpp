@@ -194,6 +194,7 @@ TEST(ContinuedFraction, AgreesWithTheSeriesWhereThatConverges) {
   }
 }
 
+// eq. 25
 TEST(GainFactors, AreThoseOfEq25) {
   const auto tustin = gain_factors(Generator::tustin, 0.1078, 0.8161, 0.2);
   const double scale = 15 / std::tan(1.5);

@@ -158,6 +158,7 @@ TEST_F(Loop, DisturbanceActsBySampleOrAllAlong) {
   EXPECT_NEAR(pushed.states[5].omega - undisturbed.states[5].omega, -0.2 / 0.5873, 1e-14);
 }
 
+// eq. 41
 TEST_F(Loop, CostIsEquation41) {
   const Recorded recorded = run(player);
   Real sum = 0;

@@ -38,6 +38,7 @@ class EulerStep : public ::testing::Test {
 TYPED_TEST_SUITE(EulerStep, Scalars);
 
 // v and omega first, then the pose with the new v and omega and the old heading.
+// eqs. 1-4
 TYPED_TEST(EulerStep, IsTheDesignsStep) {
   for (const double viscous : {0.0, 0.05}) {
     for (int i = 0; i < 200; ++i) {

@@ -31,6 +31,7 @@ TYPED_TEST(RobotDynamics, EddieIsThePapersAndTheDatasheets) {
   EXPECT_EQ(datasheet.validate(), Status::ok);
 }
 
+// eq. 4
 TYPED_TEST(RobotDynamics, AccelerationsAreThoseOfEquation4) {
   for (int i = 0; i < 200; ++i) {
     const auto robot = this->random_robot();
@@ -54,6 +55,7 @@ TYPED_TEST(RobotDynamics, AccelerationsAreThoseOfEquation4) {
   }
 }
 
+// eqs. 5, 6, 9, 10
 TYPED_TEST(RobotDynamics, InverseDynamicsUndoesTheAccelerations) {
   for (int i = 0; i < 200; ++i) {
     const auto robot = this->random_robot();

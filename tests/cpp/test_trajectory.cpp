@@ -146,6 +146,7 @@ TEST(NamedTrajectory, ContinuousHeadingKeepsTheClosedForms) {
   EXPECT_EQ(largest(eight.turn_acceleration - gradient(eight.omega, 0.05)), 0);
 }
 
+// eq. 44
 TEST(NamedTrajectory, ForwardHeadingIsTheDirectionOfMotion) {
   for (const int laps : {1, 2}) {
     auto settings =

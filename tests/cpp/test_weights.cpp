@@ -18,6 +18,7 @@ class Weights : public ::testing::Test {
 };
 TYPED_TEST_SUITE(Weights, Scalars);
 
+// eqs. 16-19
 TEST(TustinWeights, EqualTheGoldenOnes) {
   const CsvTable golden = read_golden_csv("weights.csv");
   ASSERT_EQ(golden.names, (std::vector<std::string>{"order", "j", "f_j"}));
@@ -106,6 +107,7 @@ TYPED_TEST(Weights, NothingIsWrittenPastTheMemory) {
   }
 }
 
+// eq. 34
 TYPED_TEST(Weights, FusedTapsEqualTheThreeSums) {
   Draws draw(11);
   for (const Generator generator : {Generator::tustin, Generator::gl}) {

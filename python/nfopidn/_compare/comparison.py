@@ -93,8 +93,19 @@ METRICS: dict[str, Metric] = {
 class Comparison:
     """What compare() returns.
 
-    controllers and scenarios are names; values[metric] is (controllers, scenarios, runs), over
-    METRICS; first_runs[controller, scenario] is the first run of each pair, a SimulationResult.
+    Attributes
+    ----------
+    controllers, scenarios
+        their names
+    values
+        by metric: (controllers, scenarios, runs)
+    draws
+        (controllers, scenarios, runs), int: runs of a pair with the same number are one and the
+        same run, counted several times
+    first_runs
+        by the names of controller and scenario: the first run of the pair, a SimulationResult
+    optima
+        by the name of a scenario: the best open-loop cost known, or None where none was found
     """
 
     controllers: tuple[str, ...]

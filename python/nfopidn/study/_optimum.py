@@ -24,7 +24,17 @@ _GAIN = 1e-9
 
 @dataclass(frozen=True)
 class GuessResult:
-    """What became of one first guess: `cost` is None unless the solver converged."""
+    """What became of one first guess.
+
+    Attributes
+    ----------
+    name
+        of the guess
+    cost
+        that the solver ended at; None unless it converged
+    status
+        the solver's word
+    """
 
     name: str
     cost: float | None

@@ -3,6 +3,7 @@
 
 #include "nfopidn/design/periodic_reference.hpp"
 #include "nfopidn/design/state_filter.hpp"
+#include "nfopidn/io/json_controller.hpp"
 
 namespace nfopidn {
 

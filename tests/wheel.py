@@ -1,0 +1,35 @@
+"""What every wheel must do, wherever it was built: python tests/wheel.py, with the wheel installed.
+
+It asks for nothing but what the wheel itself requires.
+"""
+
+import math
+import tempfile
+from pathlib import Path
+
+import nfopidn
+
+PUBLISHED_COST = 0.09205918448715  # tests/golden/costs.json
+
+
+def main() -> None:
+    """Simulate, tune, draw, write a file and C sources."""
+    result = nfopidn.simulate()
+    assert math.isclose(result.cost, PUBLISHED_COST, rel_tol=1e-9), result.cost
+
+    tuned = nfopidn.tune(structure="extended", rng=2)
+    assert tuned.fun < 0.0165, tuned.fun
+    assert nfopidn.tune(structure="extended", rng=2, workers=2).fun == tuned.fun
+
+    with tempfile.TemporaryDirectory() as folder:
+        tuned.controller.save(Path(folder) / "controller.json")
+        loaded = nfopidn.Controller.load(Path(folder) / "controller.json")
+        assert loaded == tuned.controller
+        nfopidn.plot.overview(result).savefig(Path(folder) / "overview.png")
+        written = nfopidn.export_c(loaded, folder, scenario=tuned.scenario)
+        assert all(path.stat().st_size > 0 for path in written)
+    print(f"nfopidn {nfopidn.__version__}: {nfopidn.__file__}")
+
+
+if __name__ == "__main__":
+    main()
