@@ -361,8 +361,9 @@ class StopRequests {
   struct sigaction before_[2];
 };
 
-// Searches from the design, if a file gave one; shows its progress in a terminal.
-void tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
+// Searches from the design, if a file gave one; shows its progress in a terminal. False if nothing
+// was found before an interruption.
+bool tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
   const Structure structure = structure_to_tune(arguments, design);
   TuningTask task;
   task.scenarios = {&scenario};
@@ -382,7 +383,9 @@ void tune_design(const Arguments& arguments, const Scenario& scenario, Controlle
   if (found.reason == StopReason::callback) {
     std::cerr << "nfopidn_sim: interrupted after " << found.evaluations << " evaluations\n";
   }
+  if (found.x.size() == 0) return false;
   design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
+  return true;
 }
 
 Json metrics_json(const SimulationResult& result) {
@@ -487,7 +490,7 @@ int run(const Arguments& arguments) {
   if (Outcome outcome = check_outputs(outputs, inputs_of(arguments)); !outcome) {
     return fail(outcome);
   }
-  if (arguments.tune) tune_design(arguments, scenario, design);
+  if (arguments.tune && !tune_design(arguments, scenario, design)) return exit_interrupted;
   requests.reset();
   const SimulationResult result = simulate(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),

@@ -285,8 +285,30 @@ def run(
     return found, found.pop("raised")
 
 
+def ended_by(reason: str) -> dict[str, Any]:
+    """Give success, status and message of a search that ended so."""
+    success = reason not in ("interrupted", "not_a_number")
+    return {
+        "success": success,
+        "status": list(MESSAGES).index(reason),
+        "message": MESSAGES[reason],
+    }
+
+
+def nothing_found(found: dict[str, Any]) -> BaseException:
+    """Give what a search ends with that was interrupted before it knew a first cost."""
+    if found["reason"] == "interrupted":
+        return KeyboardInterrupt()
+    return ValueError("maxtime was over before the first cost was known; give it more")
+
+
 def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException | None) -> None:
-    """Fill the result; raise what callback or function raised, with the result attached."""
+    """Fill the result; raise what callback or function raised, with the result attached.
+
+    Where the search ended before its first cost there is nothing to attach.
+    """
+    if found["nfev"] == 0:
+        raise raised or nothing_found(found)
     reason = found.pop("reason")
     fault = found.pop("checkpoint_fault")
     if isinstance(raised, KeyboardInterrupt):
@@ -297,9 +319,7 @@ def finish(result: OptimizeResult, found: dict[str, Any], raised: BaseException 
     found["history"] = history
     result.update(found)
     result["nit"] = len(history)
-    result["success"] = reason not in ("interrupted", "not_a_number")
-    result["status"] = list(MESSAGES).index(reason)
-    result["message"] = MESSAGES[reason]
+    result.update(ended_by(reason))
     error: BaseException | None = raised
     if error is not None:
         result["message"] = f"{type(error).__name__} was raised; this is the best so far."

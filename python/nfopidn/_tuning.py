@@ -34,7 +34,9 @@ from nfopidn._search import (
     OptimizeResult,
     Settings,
     check_settings,
+    ended_by,
     finish,
+    nothing_found,
     problem_in,
     run,
 )
@@ -151,6 +153,11 @@ def tune(
         _counting_on(callback, 0 if before is None else before.nfev),
         "tune",
     )
+    if reply["nfev"] == 0:
+        if before is None or (raised is not None and not isinstance(raised, KeyboardInterrupt)):
+            raise raised or nothing_found(reply)
+        before.update(ended_by("time" if reply["reason"] == "time" else "interrupted"))
+        return _best_of([before], structure, settings)
     result = TuneResult(
         seed=settings.seed,
         structure="paper" if structure is None else structure,
@@ -234,7 +241,9 @@ def _check_checkpoints(
         known = json.loads(own.request(search.low, search.high, problem)["problem"])
         del known["maxfev"]
         if found is None or any(key not in found or found[key] != known[key] for key in known):
-            which = "no checkpoint" if found is None else "the checkpoint of another search"
+            which = (
+                "damaged, or no checkpoint" if found is None else "the checkpoint of another search"
+            )
             raise ValueError(f"checkpoint: {path}: is {which}; give another path, or remove it")
 
 

@@ -28,6 +28,9 @@ MODULE = public(STUB.body)
 INNER = {
     "check_options",
     "check_writable",
+    "checkpoint_problem",
+    "read_text",
+    "StopIf",
     "write_file",
     "analyse_loop",
     "loop_jacobians",

@@ -85,8 +85,8 @@ class BatchEvaluator {
  private:
   BatchJob job(const LoopInputs<double>& inputs, const double* taps, int count, double* costs,
                const double* bounds) const {
-    return {&run_.plant, &inputs,     &run_.start, &structure_, &run_.limits,
-            taps,        tap_count(), count,       costs,       bounds};
+    return {&run_.plant, &inputs, &run_.start, &structure_, &run_.limits, taps,
+            tap_count(), count,   costs,       bounds,      run_.poll()};
   }
 
   double directional(const double* taps, const double* slopes, double& slope) const {
@@ -100,8 +100,8 @@ class BatchEvaluator {
     const State<double>& s = run_.start;
     const State<Scalar> start = {Scalar(s.x), Scalar(s.y), Scalar(s.theta), Scalar(s.v),
                                  Scalar(s.omega)};
-    const LoopResult<Scalar> result =
-        run_closed_loop<Scalar>(run_.plant, *law, start, run_.inputs(), [](int, auto&&...) {});
+    const LoopResult<Scalar> result = run_closed_loop<Scalar>(
+        run_.plant, *law, start, run_.inputs(), [](int, auto&&...) {}, run_.poll());
     slope = result.cost.slope;
     return result.cost.value;
   }
@@ -117,9 +117,9 @@ class BatchEvaluator {
         LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
         const BoundedMeter<double> meter(inputs.divergence_distance,
                                          bounds == nullptr ? no_bound : bounds[i], inputs.samples);
-        costs[i] =
-            run_metered_loop<double>(run_.plant, law, loop, inputs, meter, [](int, auto&&...) {
-            }).cost;
+        costs[i] = run_metered_loop<double>(
+                       run_.plant, law, loop, inputs, meter, [](int, auto&&...) {}, run_.poll())
+                       .cost;
       }
     });
   }

@@ -42,6 +42,7 @@ struct BatchJob {
   int candidates;
   double* costs;         // [candidates]
   const double* bounds;  // [candidates], or null: whoever costs more is given some cost over it
+  Poll poll;             // what it stops has no costs
 };
 
 // One candidate and the slopes of its taps in several directions.

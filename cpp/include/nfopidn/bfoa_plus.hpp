@@ -278,7 +278,7 @@ class BfoaPlus {
   // The history ends with the result.
   void end_history() {
     const SearchResult& result = search_.result;
-    if (result.reason == StopReason::not_a_number) return;
+    if (result.reason == StopReason::not_a_number || result.evaluations == 0) return;
     if (!result.history.empty() && result.history.back().evaluations == result.evaluations) return;
     search_.note(0, 2, round_, cells_, costs_, 0);
   }

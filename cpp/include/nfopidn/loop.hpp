@@ -6,6 +6,7 @@
 
 #include "nfopidn/controller.hpp"
 #include "nfopidn/plant.hpp"
+#include "nfopidn/poll.hpp"
 
 namespace nfopidn {
 
@@ -178,17 +179,20 @@ constexpr bool takes_errors<Law, Scalar,
                                 std::declval<Channels<Scalar>>(), std::declval<Heading<Scalar>>(),
                                 std::declval<ReferenceSample<base_t<Scalar>>>()))>> = true;
 
-// Without noise the true and the measured pose are one, and its cosine and sine are computed once.
+// The samples first .. last - 1. Returns `last`, or the sample at which every component had
+// diverged; the robot's state then stays as it was. Without noise the true and the measured pose
+// are one, and its cosine and sine are computed once.
 template <bool noisy, class Scalar, class Law, class Meter, class Observer>
-constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& law,
-                                      LoopState<Scalar>& loop,
-                                      const LoopInputs<base_t<Scalar>>& inputs, Meter meter,
-                                      Observer& observe) {
+constexpr int run_piece(const Plant<base_t<Scalar>>& plant, Law& law, LoopState<Scalar>& loop,
+                        const LoopInputs<base_t<Scalar>>& inputs, int first, int last, Meter& total,
+                        Observer& observe) {
   using Base = base_t<Scalar>;
   constexpr int weighing_period = 32;  // a power of two
-  State<Scalar> state = loop.robot;    // a copy, so that it never leaves its registers
+  // Copies, so that they never leave their registers.
+  State<Scalar> state = loop.robot;
+  Meter meter = total;
   Lookout<Scalar> lookout;
-  for (int k = 0; k < inputs.samples; ++k) {
+  for (int k = first; k < last; ++k) {
     const ReferenceSample<Base>& reference = inputs.reference[k];
     const Measurement<Scalar> exact = {state.x, state.y, state.theta, state.v, state.omega};
     Measurement<Scalar> measured = exact;
@@ -212,8 +216,8 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
     if (k % weighing_period == weighing_period - 1) meter.weigh();
     const bool running = meter.add(error, torque, reference);
     if (!running) {
-      meter.miss(inputs.samples - k - 1);
-      return {meter.mean(inputs.samples), k};
+      total = meter;
+      return k;
     }
     const TorquePair<Scalar> applied = loop.delay.pass(torque);
     observe(k, state, torque, applied);
@@ -222,42 +226,64 @@ constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& l
     plant.advance(state, heading, applied, outside);
   }
   loop.robot = state;
-  return {meter.mean(inputs.samples), inputs.samples};
+  total = meter;
+  return last;
+}
+
+// A run that the poll stops has no result: what is returned means nothing.
+template <bool noisy, class Scalar, class Law, class Meter, class Observer, class SomePoll>
+constexpr LoopResult<Scalar> run_loop(const Plant<base_t<Scalar>>& plant, Law& law,
+                                      LoopState<Scalar>& loop,
+                                      const LoopInputs<base_t<Scalar>>& inputs, Meter meter,
+                                      Observer& observe, const SomePoll& poll) {
+  const int samples = inputs.samples;
+  int done = 0;
+  while (done < samples && !poll.is_stopped()) {
+    const int last = samples - done > poll.samples ? done + poll.samples : samples;
+    done = run_piece<noisy, Scalar>(plant, law, loop, inputs, done, last, meter, observe);
+    if (done < last) {
+      meter.miss(samples - done - 1);
+      break;
+    }
+  }
+  return {meter.mean(samples), done};
 }
 
 }  // namespace detail
 
-// As run_closed_loop() below, with another meter than a plain CostMeter.
-template <class Scalar, class Law, class Meter, class Observer>
+// As run_closed_loop() below, with another meter than a plain CostMeter, and in pieces between
+// which a poll may end the run.
+template <class Scalar, class Law, class Meter, class Observer, class SomePoll = NoPoll>
 constexpr LoopResult<Scalar> run_metered_loop(const Plant<base_t<Scalar>>& plant, Law& law,
                                               LoopState<Scalar>& loop,
                                               const LoopInputs<base_t<Scalar>>& inputs,
-                                              const Meter& meter, Observer&& observe) {
+                                              const Meter& meter, Observer&& observe,
+                                              const SomePoll& poll = {}) {
   return inputs.noise != nullptr
-             ? detail::run_loop<true, Scalar>(plant, law, loop, inputs, meter, observe)
-             : detail::run_loop<false, Scalar>(plant, law, loop, inputs, meter, observe);
+             ? detail::run_loop<true, Scalar>(plant, law, loop, inputs, meter, observe, poll)
+             : detail::run_loop<false, Scalar>(plant, law, loop, inputs, meter, observe, poll);
 }
 
 // Runs `law` against `plant` from where `loop` stands, which is then where it ended; of a run that
 // diverges the robot's state stays as it was. `observe(k, state, commanded, applied)` is called at
 // each sample, before the robot moves; a run that diverges ends before it is called.
-template <class Scalar, class Law, class Observer>
+template <class Scalar, class Law, class Observer, class SomePoll = NoPoll>
 constexpr LoopResult<Scalar> run_closed_loop(const Plant<base_t<Scalar>>& plant, Law& law,
                                              LoopState<Scalar>& loop,
                                              const LoopInputs<base_t<Scalar>>& inputs,
-                                             Observer&& observe) {
+                                             Observer&& observe, const SomePoll& poll = {}) {
   return run_metered_loop<Scalar>(plant, law, loop, inputs,
-                                  CostMeter<Scalar>(inputs.divergence_distance), observe);
+                                  CostMeter<Scalar>(inputs.divergence_distance), observe, poll);
 }
 
 // The same from `state`, with no torque on its way to the wheels.
-template <class Scalar, class Law, class Observer>
+template <class Scalar, class Law, class Observer, class SomePoll = NoPoll>
 constexpr LoopResult<Scalar> run_closed_loop(const Plant<base_t<Scalar>>& plant, Law& law,
                                              const State<Scalar>& state,
                                              const LoopInputs<base_t<Scalar>>& inputs,
-                                             Observer&& observe) {
+                                             Observer&& observe, const SomePoll& poll = {}) {
   LoopState<Scalar> loop{state, DelayLine<Scalar>(inputs.delay)};
-  return run_closed_loop<Scalar>(plant, law, loop, inputs, observe);
+  return run_closed_loop<Scalar>(plant, law, loop, inputs, observe, poll);
 }
 
 }  // namespace nfopidn

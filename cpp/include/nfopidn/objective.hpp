@@ -7,7 +7,8 @@
 
 namespace nfopidn {
 
-// What is minimised. Optimisers know nothing else of it.
+// What is minimised. Optimisers know nothing else of it. What takes long asks the Interruption of
+// its thread whether to stop; its answers are then thrown away.
 class Objective {
  public:
   virtual ~Objective() = default;

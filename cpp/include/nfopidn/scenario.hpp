@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "nfopidn/interruption.hpp"
 #include "nfopidn/loop.hpp"
 #include "nfopidn/random.hpp"
 #include "nfopidn/trajectory.hpp"
@@ -84,6 +85,8 @@ struct PreparedRun {
   Plant<double> plant;
   ControlLimits<double> limits;
   LoopInputs<double> inputs() const;
+  // How this thread's present work is interrupted.
+  Poll poll() const { return Interruption::poll(scenario->substeps); }
   const Scenario* scenario;
 };
 
@@ -132,6 +135,8 @@ inline PreparedRun prepare(const Scenario& scenario) {
     Random random(scenario.seed);
     run.noise.resize(count);
     for (auto& sample : run.noise) {
+      constexpr std::ptrdiff_t seldom = 4096;
+      if ((&sample - run.noise.data()) % seldom == 0 && Interruption::stops_here()) break;
       sample.x = scenario.pose_noise[0] * random.normal();
       sample.y = scenario.pose_noise[0] * random.normal();
       sample.theta = scenario.pose_noise[1] * random.normal();

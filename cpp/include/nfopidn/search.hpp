@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "nfopidn/interruption.hpp"
 #include "nfopidn/objective.hpp"
 #include "nfopidn/random.hpp"
 #include "nfopidn/ranking.hpp"
@@ -86,8 +87,8 @@ class Search {
   void resume(std::vector<double> record) { replay_ = std::move(record); }
   bool is_replaying() const { return answers_ < replay_.size(); }
   void set_callback(Callback callback) { callback_ = std::move(callback); }
-  // Asked between two questions to the objective, once there is a first answer; true ends the
-  // search, as a callback's false does.
+  // Asked between two questions to the objective, once there is a first answer, and within long
+  // ones; true ends the search, as a callback's false does.
   void set_interruption(std::function<bool()> interrupted) {
     interrupted_ = std::move(interrupted);
   }
@@ -129,8 +130,9 @@ class Search {
   }
 
   // Costs without counting: for points that may turn out not to be wanted. count() those that are.
+  // Where the search ends meanwhile, no more count.
   void look(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs) {
-    ask(unit, costs, unit.cols(), false, nullptr);
+    if (ask(unit, costs, unit.cols(), false, nullptr) < unit.cols()) stop(cut_short_);
   }
 
   // Counts one evaluation. False, and nothing is counted, when the search is over.
@@ -191,8 +193,12 @@ class Search {
     return done_;
   }
 
-  // Whether the time is up, or somebody asks for an end.
+  // Whether the time is up, or somebody asks for an end. Either leaves a first answer a moment, so
+  // that there mostly is one.
   bool is_cut_short() {
+    constexpr double moment = 0.15;  // [s]
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - asked_at_;
+    if (answers_ == 0 && waited.count() < moment) return false;
     if (is_late()) {
       cut_short_ = StopReason::time;
       return true;
@@ -206,6 +212,15 @@ class Search {
     return std::isfinite(limits_.seconds) && !is_replaying() && elapsed() >= limits_.seconds;
   }
 
+  // Asks the objective; false if that was interrupted, which must end the search.
+  template <class Ask>
+  bool undisturbed(const Ask& ask) {
+    if (answers_ == 0) asked_at_ = std::chrono::steady_clock::now();
+    Interruption interruption([this] { return is_cut_short(); });
+    ask();
+    return !interruption.happened();
+  }
+
   // Costs of the first `wanted` of unit points, infinite for the others; in pieces of what the
   // objective takes at once, and if `timed` for as long as there is time. Tells how many there are.
   Eigen::Index ask(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs,
@@ -216,15 +231,19 @@ class Search {
     Eigen::Index first = 0;
     for (; first < wanted && !(timed && first > 0 && is_cut_short()); first += most) {
       const Eigen::Index size = std::min(most, wanted - first);
-      answer(costs.data() + first, static_cast<std::size_t>(size), [&] {
+      const auto question = [&] {
         box_.to_user(unit.middleCols(first, size), asked_);
         if (bounds == nullptr) {
           objective_.costs(asked_, costs.data() + first);
         } else {
           objective_.bounded_costs(asked_, bounds->data() + first, costs.data() + first);
         }
-        return true;
-      });
+      };
+      const bool answered = answer(costs.data() + first, static_cast<std::size_t>(size),
+                                   [&] { return undisturbed(question); });
+      if (answered) continue;
+      costs.tail(unit.cols() - first).setConstant(std::numeric_limits<double>::infinity());
+      return first;
     }
     return std::min(first, wanted);
   }
@@ -234,8 +253,11 @@ class Search {
     const Eigen::Index most = std::min(objective_.partials_at_once(), dimension());
     for (Eigen::Index first = 0; first < dimension(); first += most) {
       if (first > 0 && check_limits()) return false;
-      reply[0] = objective_.partials(point, first, std::min(most, dimension() - first),
-                                     reply.data() + 1 + first);
+      const auto question = [&] {
+        reply[0] = objective_.partials(point, first, std::min(most, dimension() - first),
+                                       reply.data() + 1 + first);
+      };
+      if (!undisturbed(question)) return stop(cut_short_);
     }
     return true;
   }
@@ -263,6 +285,7 @@ class Search {
   Callback callback_;
   std::function<bool()> interrupted_;
   std::function<void()> witness_;
+  std::chrono::steady_clock::time_point asked_at_;  // the first question
   StopReason cut_short_ = StopReason::time;
   std::size_t answers_ = 0;
   std::vector<double> record_;

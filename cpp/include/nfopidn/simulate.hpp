@@ -15,7 +15,7 @@ struct SimulationResult {
   Metrics metrics;
   bool diverged = false;
   double diverged_at = 0;      // [s], when diverged
-  Status status = Status::ok;  // why nothing was run
+  Status status = Status::ok;  // why there is no run
 };
 
 namespace detail {
@@ -38,7 +38,8 @@ SimulationResult record(const PreparedRun& run, Law& law) {
   };
   law.reset();
   const LoopResult<double> loop =
-      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe);
+      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe, run.poll());
+  if (Interruption::stops_here()) return {{}, {}, false, 0, Status::interrupted};
   const Eigen::Index completed = loop.completed;
   result.diverged = completed < result.table.rows();
   result.diverged_at = static_cast<double>(completed) * scenario.trajectory.dt();
@@ -107,7 +108,8 @@ inline Status check_run(const Scenario& scenario, const ControllerDesign& settin
   return finite ? Status::ok : Status::not_finite;
 }
 
-// The whole run, recorded. With `status` other than ok nothing was run, and the cost is infinite.
+// The whole run, recorded. With `status` other than ok there is none: the settings were refused,
+// and the cost is infinite, or the run was interrupted.
 inline SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings) {
   if (const Status status = check_run(scenario, settings); status != Status::ok) {
     SimulationResult refused;
@@ -120,11 +122,13 @@ inline SimulationResult simulate(const Scenario& scenario, const ControllerDesig
   return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
 }
 
-// The cost alone (eq. 41), without recording. What check_run() refuses must not be given.
+// The cost alone (eq. 41), without recording. What check_run() refuses must not be given. When an
+// Interruption has happened, this is no cost.
 inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
   return with_controller(settings, run.limits, [&](auto& law) {
     law.reset();
-    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), [](int, auto&&...) {})
+    const auto ignore = [](int, auto&&...) {};
+    return run_closed_loop<double>(run.plant, law, run.start, run.inputs(), ignore, run.poll())
         .cost;
   });
 }

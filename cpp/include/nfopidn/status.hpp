@@ -10,6 +10,7 @@ enum class Status : unsigned char {
   wrong_size,    // an array has the wrong length, or a trajectory too few samples
   not_a_choice,  // a word is none of the choices
   inconsistent,  // two settings contradict each other
+  interrupted,   // asked to stop before the end
 };
 
 constexpr const char* status_to_string(Status status) noexcept {
@@ -26,6 +27,8 @@ constexpr const char* status_to_string(Status status) noexcept {
       return "not a choice";
     case Status::inconsistent:
       return "inconsistent";
+    case Status::interrupted:
+      return "interrupted";
   }
   return "unknown";
 }

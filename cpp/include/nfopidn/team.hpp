@@ -18,6 +18,8 @@
 #include <utility>
 #include <vector>
 
+#include "nfopidn/interruption.hpp"
+
 namespace nfopidn {
 
 namespace detail {
@@ -53,12 +55,16 @@ class Crew {
   }
 
   // work(0) here, and work(1) to work(helpers) on as many of the helpers. Throws what one of them
-  // has thrown, when all are done.
+  // has thrown, when all are done. What interrupts the caller interrupts the helpers.
   void share(const Work& work, int helpers) {
     busy_ = helpers;
+    interruption_ = Interruption::current();
     begin(&work, helpers);
     attempt(work, 0);
-    while (busy_.load(std::memory_order_acquire) != 0) std::this_thread::yield();
+    while (busy_.load(std::memory_order_acquire) != 0) {
+      Interruption::stops_here();  // nobody else would ask
+      std::this_thread::yield();
+    }
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   }
 
@@ -83,6 +89,7 @@ class Crew {
     for (std::uint64_t seen = 0;; ++seen) {
       wait_for_round_after(seen, helper.round);
       if (work_ == nullptr) return;
+      const Interruption::Borrowed borrowed(interruption_);
       attempt(*work_, part);
       busy_.fetch_sub(1, std::memory_order_release);
     }
@@ -115,9 +122,10 @@ class Crew {
   const ::pid_t process_ = ::getpid();
   std::vector<std::unique_ptr<Helper>> helpers_;
   bool none_left_ = false;
-  std::atomic<int> busy_{0};    // helpers that are not done
-  const Work* work_ = nullptr;  // written before a round begins, read after
-  std::exception_ptr failure_;  // of one of the parts
+  std::atomic<int> busy_{0};              // helpers that are not done
+  const Work* work_ = nullptr;            // written before a round begins, read after
+  Interruption* interruption_ = nullptr;  // of the caller, likewise
+  std::exception_ptr failure_;            // of one of the parts
   std::mutex mutex_;
   std::condition_variable wake_;
   int asleep_ = 0;

@@ -47,10 +47,20 @@ class TuneObjective : public Objective {
 
   bool has_gradient() const override { return true; }
   bool is_cheap() const override { return true; }
-  // A moment's worth, so that a time limit is kept.
+  // A moment's worth, so that a time limit is kept and little is lost to it; but enough for the
+  // lanes, or for the threads.
   Eigen::Index most_at_once() const override {
-    const Eigen::Index candidates = runs_one_by_one() ? 64 : 4096;
-    return std::max<Eigen::Index>(1, candidates / static_cast<Eigen::Index>(evaluators_.size()));
+    double steps = 0;  // of a candidate
+    for (const BatchEvaluator& one : evaluators_) {
+      const PreparedRun& run = one.run();
+      steps += static_cast<double>(run.reference.size()) * run.scenario->substeps;
+    }
+    constexpr double published = 751;
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
+    const bool single = runs_one_by_one();
+    const auto affordable =
+        static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
+    return std::max({affordable, (single ? team_.size() : 64) / scenarios, Eigen::Index{1}});
   }
   Eigen::Index partials_at_once() const override {
     return runs_one_by_one() ? team_.size() : dimension_;
@@ -193,6 +203,7 @@ struct TuningTask {
 // The share of a search for free taps that looks for gains and orders to start from.
 constexpr double start_share = 0.3;
 
+// x is empty where the search was interrupted before it knew a first cost.
 struct TuningResult : SearchResult {
   Structure structure;  // what x stands for: the task's, with the lateral channel chosen
 };
@@ -225,6 +236,7 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
   task.evaluations = std::max<std::int64_t>(
       1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
   SearchResult found = run_stage(task, callback);
+  if (found.x.size() == 0) return found;
   std::vector<double> taps = parameters_of(
       wanted, design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end())));
   task.structure.parameters = wanted;

@@ -23,7 +23,8 @@ inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter,
   LoopState<Scalar> loop = {start, DelayLine<Scalar>(job.inputs->delay)};
   const auto ignore = [](int, const State<Scalar>&, const TorquePair<Scalar>&,
                          const TorquePair<Scalar>&) {};
-  return detail::run_loop<noisy, Scalar>(*job.plant, law, loop, *job.inputs, meter, ignore);
+  return detail::run_loop<noisy, Scalar>(*job.plant, law, loop, *job.inputs, meter, ignore,
+                                         job.poll);
 }
 
 // Runs the candidates first .. first + Wide::size - 1; past the last one, the last one again.

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "convert.hpp"
+#include "nfopidn/interruption.hpp"
 #include "nfopidn/io/csv.hpp"
 #include "nfopidn/simulate.hpp"
 
@@ -22,6 +24,71 @@ struct PyController {
   PyController() = default;
   explicit PyController(const ControllerDesign& given) : settings(given) {}
 };
+
+// As a context, ends long work of its thread once a Python function says so: Ctrl-C comes to the
+// main thread alone, which sets an event for the others.
+class StopIf {
+ public:
+  explicit StopIf(py::function asked) : asked_(std::move(asked)) {}
+
+  void enter() { outer_ = std::exchange(current_, this); }
+  void leave() { current_ = outer_; }
+
+  // Whether a signal's handler raises now, or a StopIf of this thread ends its work, which is
+  // KeyboardInterrupt. With the GIL; Python's error is set then.
+  static bool raises() {
+    if (PyErr_CheckSignals() != 0) return true;
+    for (const StopIf* one = current_; one != nullptr; one = one->outer_) {
+      const PyObject* const answer = PyObject_CallNoArgs(one->asked_.ptr());
+      const bool is_set = answer == Py_True;
+      if (answer == nullptr) return true;
+      Py_DECREF(answer);
+      if (!is_set) continue;
+      PyErr_SetNone(PyExc_KeyboardInterrupt);
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  static inline thread_local StopIf* current_ = nullptr;
+
+  py::function asked_;
+  StopIf* outer_ = nullptr;
+};
+
+// While one exists, Python's signals are looked at during long work: Ctrl-C ends it. Made and left
+// with the GIL, which the work itself does without.
+class SignalWatch {
+ public:
+  SignalWatch() : interruption_([this] { return look(); }) {}
+
+  // Once the work is done: raises what ended it, KeyboardInterrupt for one.
+  void raise_if_interrupted() {
+    if (raised_) throw py::error_already_set(std::move(*raised_));
+  }
+
+ private:
+  bool look() {
+    const py::gil_scoped_acquire acquire;
+    if (StopIf::raises()) raised_.emplace();
+    return raised_.has_value();
+  }
+
+  std::optional<py::error_already_set> raised_;
+  Interruption interruption_;
+};
+
+// Does work without the GIL; raises what ends it early.
+template <class Work>
+void watched(const Work& work) {
+  SignalWatch watch;
+  {
+    const py::gil_scoped_release release;
+    work();
+  }
+  watch.raise_if_interrupted();
+}
 
 void bind_files(py::module_& module);
 void bind_robot(py::module_& module);

@@ -7,6 +7,14 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = NFOPIDN_VERSION;
   binding::py::options options;
   options.disable_function_signatures();
+  binding::py::class_<binding::StopIf>(
+      module, "StopIf", binding::py::is_final(),
+      "StopIf(asked)\n--\n\nAs a context, ends long work of its thread with KeyboardInterrupt once "
+      "asked() is True.")
+      .def(binding::py::init<binding::py::function>(), binding::py::arg("asked"))
+      .def("__enter__", &binding::StopIf::enter)
+      .def("__exit__",
+           [](binding::StopIf& self, const binding::py::args& /*error*/) { self.leave(); });
   binding::bind_files(module);
   binding::bind_robot(module);
   binding::bind_trajectory(module);

@@ -33,7 +33,16 @@ py::array process(PyFractionalFilter& self, const Samples& samples) {
   double* out = result.mutable_data();
   const py::ssize_t count = samples.size();
   // Not without the GIL: another thread's step would meet a filter between two states.
-  for (py::ssize_t i = 0; i < count; ++i) out[i] = self.filter.step(in[i]);
+  constexpr py::ssize_t seldom = 1 << 16;
+  std::optional<FractionalFilter> before;
+  if (count > seldom) before = self.filter;
+  for (py::ssize_t i = 0; i < count; ++i) {
+    if (i % seldom == seldom - 1 && StopIf::raises()) {
+      self.filter = *before;
+      throw py::error_already_set();
+    }
+    out[i] = self.filter.step(in[i]);
+  }
   return std::move(result);
 }
 

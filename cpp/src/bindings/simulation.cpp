@@ -28,10 +28,11 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
     throw py::type_error("simulate: controller must be a Controller or a Rival, not " +
                          py::str(py::type::of(controller)).cast<std::string>());
   }
-  const py::gil_scoped_release release;
   const auto* rival = std::get_if<rivals::RivalDesign>(&run.driver);
-  run.result = rival != nullptr ? simulate(run.scenario, *rival)
-                                : simulate(run.scenario, std::get<ControllerDesign>(run.driver));
+  watched([&] {
+    run.result = rival != nullptr ? simulate(run.scenario, *rival)
+                                  : simulate(run.scenario, std::get<ControllerDesign>(run.driver));
+  });
   return run;
 }
 
@@ -52,8 +53,7 @@ PyResult run_torques(const Scenario& scenario,
     pairs.push_back({torque.at(k, 0), torque.at(k, 1)});
   }
   PyResult run{scenario, std::monostate(), {}};
-  const py::gil_scoped_release release;
-  run.result = play(run.scenario, pairs);
+  watched([&] { run.result = play(run.scenario, pairs); });
   return run;
 }
 
@@ -190,7 +190,8 @@ void bind_simulation(py::module_& module) {
   module.def("simulate", &run, py::arg("scenario") = py::none(), py::arg("controller") = py::none(),
              "simulate(scenario=None, controller=None)\n--\n\nRuns a scenario under a controller, "
              "by default the published ones, and returns a\nSimulationResult. A run that diverges "
-             "keeps its rows so far and says when in diverged_at.");
+             "keeps its rows so far and says when in diverged_at.\nCtrl-C ends a "
+             "long one.");
 }
 
 }  // namespace nfopidn::python

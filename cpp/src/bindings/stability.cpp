@@ -35,10 +35,7 @@ RowMatrix reference_rows(const PeriodicReference& reference) {
 py::dict analyse(const Scenario& scenario, const PyController& controller) {
   LoopStability found;
   Outcome outcome;
-  {
-    const py::gil_scoped_release release;
-    outcome = analyse_loop(scenario, controller.settings, found);
-  }
+  watched([&] { outcome = analyse_loop(scenario, controller.settings, found); });
   check("stability.loop", outcome);
   py::dict result;
   result["verdict"] = word(found.verdict);
@@ -89,8 +86,9 @@ py::array final_errors(const Scenario& scenario, const PyController& controller,
   auto* const errors = reinterpret_cast<FinalErrors*>(result.mutable_data());
   const double* const first = poses.data();
   const py::ssize_t count = poses.shape(0);
-  const py::gil_scoped_release release;
-  basin(prepare(scenario), controller.settings, first, count, last_samples, threads, errors);
+  watched([&] {
+    basin(prepare(scenario), controller.settings, first, count, last_samples, threads, errors);
+  });
   return result;
 }
 

@@ -93,7 +93,7 @@ py::dict to_dict(const Search& search, const std::string& reason) {
     ++row;
   }
   py::dict result;
-  result["x"] = r.x;
+  result["x"] = r.x;  // empty where the search ended before its first cost
   result["fun"] = r.cost;
   result["nfev"] = r.evaluations;
   result["reason"] = reason;
@@ -219,7 +219,7 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     if (Clock::now() < next_look) return false;
     next_look = Clock::now() + std::chrono::milliseconds(50);
     const py::gil_scoped_acquire acquire;
-    if (PyErr_CheckSignals() == 0) return false;
+    if (!StopIf::raises()) return false;
     interrupted = true;
     const py::error_already_set error;
     if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
@@ -311,8 +311,7 @@ class PyObjective {
     const Points columns = points.transpose();
     py::array_t<double> result(points.rows());
     double* const costs = result.mutable_data();
-    const py::gil_scoped_release release;
-    objective_.costs(columns, costs);
+    watched([&] { objective_.costs(columns, costs); });
     return result;
   }
   std::pair<double, Eigen::VectorXd> gradient(const Eigen::VectorXd& x) {
@@ -321,8 +320,8 @@ class PyObjective {
                             std::to_string(dimension_));
     }
     Eigen::VectorXd slopes(x.size());
-    const py::gil_scoped_release release;
-    const double cost = objective_.gradient(x, slopes.data());
+    double cost = 0;
+    watched([&] { cost = objective_.gradient(x, slopes.data()); });
     return {cost, std::move(slopes)};
   }
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -21,6 +23,7 @@ from nfopidn._core import (
     Rival,
     Scenario,
     SimulationResult,
+    StopIf,
     metric_fields,
     simulate,
 )
@@ -227,6 +230,7 @@ def compare(
     Returns
     -------
     Comparison
+        Ctrl-C ends the runs and raises KeyboardInterrupt.
 
     Raises
     ------
@@ -245,12 +249,16 @@ def compare(
     draws = np.empty((len(named), len(chosen), count), dtype=np.int64)
     first: dict[tuple[str, str], SimulationResult] = {}
 
+    ended = threading.Event()
+
     def work(pair: tuple[str, str]) -> tuple[list[SimulationResult], NDArray[np.int64]]:
-        return _runs(named[pair[0]], chosen[pair[1]], count, seeds)
+        with StopIf(ended.is_set):
+            return _runs(named[pair[0]], chosen[pair[1]], count, seeds, ended)
 
     with (
         progress_bar("comparing", len(pairs), progress) as report,
         ThreadPoolExecutor(workers) as pool,
+        _set_on_error(ended),  # the pool waits for what it has begun
     ):
         for done, (pair, (runs, own)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
             i, j = divmod(done, len(chosen))
@@ -262,8 +270,18 @@ def compare(
     return Comparison(tuple(named), tuple(chosen), values, draws, first)
 
 
+@contextmanager
+def _set_on_error(ended: threading.Event) -> Iterator[None]:
+    """Set the event when the block is left by an exception, as by Ctrl-C."""
+    try:
+        yield
+    except BaseException:
+        ended.set()
+        raise
+
+
 def _runs(
-    members: list[Any], scenario: Scenario, count: int, seeds: int
+    members: list[Any], scenario: Scenario, count: int, seeds: int, ended: threading.Event
 ) -> tuple[list[SimulationResult], NDArray[np.int64]]:
     """Give the runs that differ, and for each of `count` which of them it is."""
     noisy = any(value > 0 for value in scenario.pose_noise)
@@ -271,6 +289,8 @@ def _runs(
     runs: list[SimulationResult] = []
     own = np.empty(count, dtype=np.int64)
     for i in range(count):
+        if ended.is_set():
+            raise KeyboardInterrupt
         member, draw = i // seeds % len(members), i % seeds if noisy else 0
         if (member, draw) not in known:
             known[member, draw] = len(runs)

@@ -9,7 +9,7 @@ from threading import Event
 from typing import Any
 
 from nfopidn._checks import names_in, whole_number
-from nfopidn._core import Controller, Rival, Scenario
+from nfopidn._core import Controller, Rival, Scenario, StopIf
 from nfopidn._interrupt import wish_to_stop
 from nfopidn._parameters import controller_structure
 from nfopidn._progress import progress as progress_bar
@@ -141,14 +141,18 @@ def tune_contenders(
         if stop.is_set():
             return None
         contender = CONTENDERS[name]
-        result = tune(
-            scenario,
-            structure=contender.structure,
-            frozen=contender.frozen,
-            rng=seed,
-            maxfev=maxfev,
-            callback=_ends_with(stop),
-        )
+        try:
+            with StopIf(stop.is_set):
+                result = tune(
+                    scenario,
+                    structure=contender.structure,
+                    frozen=contender.frozen,
+                    rng=seed,
+                    maxfev=maxfev,
+                    callback=_ends_with(stop),
+                )
+        except KeyboardInterrupt:  # before the search knew a first cost
+            return None
         controller: AnyController = result.controller
         return None if stop.is_set() else controller
 

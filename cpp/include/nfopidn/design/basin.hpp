@@ -30,7 +30,8 @@ FinalErrors final_errors(const PreparedRun& run, Law& law, const State<double>& 
     heading += error.theta * error.theta;
   };
   law.reset();
-  const LoopResult<double> loop = run_closed_loop<double>(run.plant, law, start, inputs, observe);
+  const LoopResult<double> loop =
+      run_closed_loop<double>(run.plant, law, start, inputs, observe, run.poll());
   if (loop.completed < inputs.samples) return {};
   return {std::sqrt(position / last_samples), std::sqrt(heading / last_samples)};
 }

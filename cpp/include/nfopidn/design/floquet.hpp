@@ -58,7 +58,7 @@ inline Eigen::MatrixXd monodromy(StepMap<Dual<double>>& map, const Eigen::Matrix
     step_jacobian(map, k, states.col(k).data(), jacobian);
     product = jacobian * product;
     const double size = product.cwiseAbs().maxCoeff();
-    if (!(size > 0)) break;
+    if (!(size > 0) || Interruption::stops_here()) break;
     // A power of two, so that scaling rounds nothing.
     int exponent = 0;
     std::frexp(size, &exponent);
@@ -101,7 +101,7 @@ inline Switches find_switches(StepMap<double>& map, const Eigen::MatrixXd& state
 }  // namespace detail
 
 // Scenario and design must be valid. On a fault, which is the reference's or the loop's, returns
-// what it is. Noise is left out.
+// what it is. Noise is left out. When an Interruption has happened, what is found means nothing.
 inline Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& design,
                             LoopStability& result) {
   if (Outcome outcome = check_loop(scenario, design); !outcome) return outcome;

@@ -30,10 +30,15 @@ constexpr double orbit_tolerance = 1e-10;
 constexpr int settling_periods = 40;
 constexpr int settling_samples = 20000;
 
-// What each step of the period misses the next state by, and the largest.
+// Whether to leave a loop over samples: asked at one of many.
+inline bool stops_at(int k) { return k % 64 == 63 && Interruption::stops_here(); }
+
+// What each step of the period misses the next state by, and the largest: infinity when
+// interrupted.
 inline double misses(StepMap<double>& map, const Eigen::MatrixXd& states, Eigen::MatrixXd& miss) {
   miss.resize(states.rows(), states.cols());
   for (int k = 0; k < map.period(); ++k) {
+    if (stops_at(k)) return std::numeric_limits<double>::infinity();
     map.advance(k, states.col(k).data(), miss.col(k).data());
     miss.col(k) -= states.col((k + 1) % map.period());
     // Headings that are a turn apart are the same.
@@ -75,7 +80,7 @@ class PeriodSystem {
     Eigen::MatrixXd jacobian;
     for (Eigen::Index k = 0; k < period; ++k) {
       step_jacobian(map, static_cast<int>(k), states.col(k).data(), jacobian);
-      if (!jacobian.allFinite()) return false;
+      if (!jacobian.allFinite() || Interruption::stops_here()) return false;
       const Eigen::Index next = (k + 1) % period;
       for (Eigen::Index i = 0; i < size; ++i) {
         entries.emplace_back(k * size + i, next * size + i, 1.0);
@@ -158,13 +163,15 @@ inline Eigen::MatrixXd reference_states(const LoopStates& states,
   return result;
 }
 
-// The last of many periods that start on the reference; false when they diverge.
+// The last of many periods that start on the reference; false when they diverge, or are
+// interrupted.
 inline bool settle(StepMap<double>& map, double divergence_distance, Eigen::MatrixXd& states) {
   const int period = map.period();
   const int periods = std::max(settling_periods, settling_samples / period);
   Eigen::VectorXd next(states.rows());
   for (int i = 0; i < periods; ++i) {
     for (int k = 0; k < period; ++k) {
+      if (stops_at(i * period + k)) return false;
       map.advance(k, states.col(k).data(), next.data());
       if (!(std::hypot(next(0), next(1)) <= divergence_distance) || !next.allFinite()) return false;
       states.col((k + 1) % period) = next;

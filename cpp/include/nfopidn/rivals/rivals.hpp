@@ -140,8 +140,8 @@ inline SimulationResult simulate(const Scenario& scenario, const rivals::RivalDe
 // The cost alone (eq. 41), without recording.
 inline double evaluate(const PreparedRun& run, const rivals::RivalDesign& design) {
   const std::unique_ptr<rivals::AnyRival> law = rivals::make_rival(design, run);
-  return run_closed_loop<double>(run.plant, *law, run.start, run.inputs(), [](int, auto&&...) {})
-      .cost;
+  const auto ignore = [](int, auto&&...) {};
+  return run_closed_loop<double>(run.plant, *law, run.start, run.inputs(), ignore, run.poll()).cost;
 }
 
 }  // namespace nfopidn

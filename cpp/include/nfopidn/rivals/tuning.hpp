@@ -19,6 +19,16 @@ class RivalObjective : public Objective {
     for (const Scenario* scenario : scenarios) runs_.push_back(prepare(*scenario));
   }
 
+  // A moment's worth, as a time limit is looked at in between.
+  Eigen::Index most_at_once() const override {
+    constexpr double steps = 512.0 * 751;
+    double each = 0;
+    for (const PreparedRun& run : runs_) {
+      each += static_cast<double>(run.reference.size()) * run.scenario->substeps;
+    }
+    return std::max<Eigen::Index>(team_.size(), static_cast<Eigen::Index>(steps / each));
+  }
+
   void costs(const Points& points, double* costs) override {
     team_.in_shares(points.cols(), 1, [&](Eigen::Index first, Eigen::Index count) {
       for (Eigen::Index j = first; j < first + count; ++j) costs[j] = cost(points.col(j));
