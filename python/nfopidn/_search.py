@@ -10,7 +10,6 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from numbers import Integral
 from os import PathLike, fspath
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -218,12 +217,8 @@ def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
 
 def problem_in(checkpoint: str) -> dict[str, Any] | None:
     """Give what a checkpoint is of; None if it cannot be told: the core says what is wrong."""
-    if not Path(checkpoint).is_file():
-        return None
-    try:
-        problem = json.loads(Path(checkpoint).read_text(encoding="utf-8"))["problem"]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
+    text = _core.checkpoint_problem(checkpoint)
+    problem = None if text is None else json.loads(text)
     return problem if isinstance(problem, dict) else None
 
 

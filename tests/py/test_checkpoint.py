@@ -11,6 +11,7 @@ import time
 import nfopidn
 import numpy as np
 import pytest
+from checkpoints import sealed
 from nfopidn import _core
 from refusal import refused
 from results import same
@@ -160,7 +161,8 @@ def test_a_name_may_be_text_or_a_path(path):
     once = search(checkpoint=str(path))
     assert path.exists()
     same(search(checkpoint=path), once)
-    assert os.listdir(path.parent) == [path.name]  # nothing half written is left
+    # The state before, and nothing half written.
+    assert sorted(os.listdir(path.parent)) == [path.name, path.name + ".previous"]
 
 
 def test_ctrl_c_in_func_loses_nothing_that_was_saved(path):
@@ -224,7 +226,7 @@ def test_what_does_not_decide_the_course_may_change(path):
 
 
 def spoilt(**changes):
-    return lambda document: json.dumps(document | changes)
+    return lambda document: sealed(document | changes)
 
 
 @pytest.mark.parametrize(
@@ -243,8 +245,9 @@ def spoilt(**changes):
         (spoilt(record=["nan"]), "record"),
         (spoilt(elapsed="long"), "elapsed"),
         (spoilt(problem=None), "another search"),
-        (lambda d: json.dumps({k: v for k, v in d.items() if k != "record"}), "record"),
-        (lambda d: json.dumps({k: v for k, v in d.items() if k != "problem"}), "problem"),
+        (json.dumps, "digest"),
+        (lambda d: sealed({k: v for k, v in d.items() if k != "record"}), "record"),
+        (lambda d: sealed({k: v for k, v in d.items() if k != "problem"}), "problem"),
     ],
 )
 def test_a_broken_checkpoint_is_refused(spoil, part, path):
@@ -349,7 +352,7 @@ class SlowAndFinite:
 def test_a_search_of_another_course_is_refused(path):
     search(checkpoint=path)
     document = json.loads(path.read_text())
-    path.write_text(json.dumps(document | {"course": document["course"] + 1}))
+    path.write_text(sealed(document | {"course": document["course"] + 1}))
     with refused(str(path), "another course"):
         search(checkpoint=path)
 
@@ -358,7 +361,7 @@ def test_costs_that_are_not_the_objective_s_are_found_out(path):
     nfopidn.tune(rng=1, maxfev=400, checkpoint=path)
     document = json.loads(path.read_text())
     document["record"][100] = 0.001
-    text = json.dumps(document)
+    text = sealed(document)
     path.write_text(text)
     with refused(str(path), "0.001"):
         nfopidn.tune(rng=1, maxfev=400, checkpoint=path)

@@ -894,7 +894,7 @@ def test_a_stage_s_checkpoint_of_another_search_is_refused_at_once(
     with refused(f"search{suffix}: is the checkpoint of another search"):
         tune(**arguments, maxfev=10**12)
     (tmp_path / f"search{suffix}").write_text("no checkpoint")
-    with refused(f"search{suffix}: is no checkpoint"):
+    with refused(f"search{suffix}: is damaged, or no checkpoint"):
         tune(**arguments, maxfev=10**12)
     assert len(list(tmp_path.iterdir())) == 1
     (tmp_path / f"search{suffix}").unlink()

@@ -149,19 +149,29 @@ BfoaOptions read_bfoa_options(const py::dict& given) {
 // twentieth of the time.
 class Checkpoint {
  public:
-  explicit Checkpoint(const Request& request)
-      : path_(request.checkpoint), problem_(request.problem) {}
+  explicit Checkpoint(const Request& request) : file_(request.checkpoint, request.problem) {}
+
+  bool is_wanted() const { return !file_.path().empty(); }
+
+  // Before the search begins. What is not as it should be, though the search can go on, is warned
+  // of.
+  void begin(Search& search) {
+    check("checkpoint", check_writable(file_.path()));
+    std::string note;
+    check("checkpoint", file_.load(search, note));
+    if (!note.empty()) warn(note);
+  }
 
   void save_if_due(const Search& search) {
-    if (path_.empty() || Clock::now() < next_) return;
+    if (!is_wanted() || Clock::now() < next_) return;
     save(search);
   }
   // Not while an earlier process's answers are still being repeated: the file has more. Nor what no
   // search can go on from.
   void save(const Search& search) {
-    if (path_.empty() || search.is_replaying() || is_spoilt(search.record())) return;
+    if (!is_wanted() || search.is_replaying() || is_spoilt(search.record())) return;
     const Clock::time_point begin = Clock::now();
-    const Outcome saved = save_checkpoint(path_, problem_, search);
+    const Outcome saved = file_.save(search);
     if (!saved) fault = saved;
     const Clock::time_point end = Clock::now();
     const Clock::duration least = std::chrono::milliseconds(500);
@@ -178,8 +188,12 @@ class Checkpoint {
     return spoilt_;
   }
 
-  std::string path_;
-  Json problem_;
+  static void warn(const std::string& note) {
+    const std::string text = "checkpoint: " + printable(note);
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+  }
+
+  CheckpointFile file_;
   std::ptrdiff_t seen_ = 0;  // answers looked at
   bool spoilt_ = false;
   Clock::time_point next_ = Clock::now() + std::chrono::milliseconds(500);
@@ -205,13 +219,12 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
   Search search(objective, {request.low, request.high, bend}, request.limits, request.seed);
   search.start = request.start;
   Checkpoint checkpoint(request);
-  if (!request.checkpoint.empty()) {
-    check("checkpoint", load_checkpoint(request.checkpoint, request.problem, search));
-    check("checkpoint", check_writable(request.checkpoint));
+  if (checkpoint.is_wanted()) {
+    checkpoint.begin(search);
     search.set_witness([&] { checkpoint.save_if_due(search); });
   }
   const bool resumes = search.is_replaying();
-  search.keeps_record = !request.checkpoint.empty();
+  search.keeps_record = checkpoint.is_wanted();
   bool interrupted = false;
   py::object raised = py::none();  // by the callback, or by a signal's handler
   Clock::time_point next_look{};
@@ -423,6 +436,14 @@ void bind_tuning(py::module_& module) {
   module.def("search_rival", &search_rival, py::arg("scenarios"), py::arg("rival"),
              py::arg("source"), py::arg("fixed"), py::arg("risk"), py::arg("threads"),
              py::arg("request"));
+  module.def(
+      "checkpoint_problem",
+      [](const std::string& path) -> py::object {
+        const Json problem = checkpoint_problem(path);
+        if (problem.is_null()) return py::none();
+        return py::str(problem.dump());
+      },
+      py::arg("path"));
   module.def("structure", &structure_by_name, py::arg("name"));
   module.def("parameter_bounds", &bounds_of, py::arg("controller"), py::arg("parameters"));
   module.def("design", &design, py::arg("controller"), py::arg("parameters"), py::arg("source"),

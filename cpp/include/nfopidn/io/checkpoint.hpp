@@ -2,6 +2,7 @@
 // to the last bit without asking again.
 #pragma once
 
+#include "nfopidn/io/crc64.hpp"
 #include "nfopidn/io/files.hpp"
 #include "nfopidn/search.hpp"
 
@@ -29,59 +30,160 @@ inline bool read_number(const Json& value, double& result) {
   return false;
 }
 
-}  // namespace checkpoint
-
-// The record holds no NaN. `problem` describes everything that the search's course depends on.
-inline Outcome save_checkpoint(const std::string& path, const Json& problem, const Search& search) {
-  Json document = {{"format", checkpoint_format},
-                   {"version", document_version},
-                   {"course", search_course},
-                   {"problem", problem},
-                   {"elapsed", search.elapsed()}};
-  Json record = Json::array();
-  for (const double answer : search.record()) record.push_back(checkpoint::number(answer));
-  document["record"] = std::move(record);
-  return write_file(path, document.dump() + "\n");
+// What follows the other keys of a document, with the digest of all that stands before.
+inline std::string seal_of(std::string_view before) {
+  char digits[17];
+  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(crc64(before)));
+  return ",\"crc64\":\"" + std::string(digits) + "\"}\n";
 }
 
-// A file that is not there is a search that has not begun.
-inline Outcome load_checkpoint(const std::string& path, const Json& problem, Search& search) {
-  if (!file_exists(path)) return {};
+// An object as text that ends with its seal.
+inline std::string sealed(const Json& object) {
+  std::string text = object.dump();
+  text.pop_back();  // the brace
+  return text + seal_of(text);
+}
+
+// Whether a file is as it was written, to the last byte.
+inline bool is_whole(std::string_view text) {
+  const std::size_t size = seal_of("").size();
+  if (text.size() < size) return false;
+  const std::string_view before = text.substr(0, text.size() - size);
+  return text.substr(before.size()) == seal_of(before);
+}
+
+// The state before the newest.
+inline std::string previous(const std::string& path) {
+  OutputTarget target;
+  return (find_target(path, target) ? target.path : path) + ".previous";
+}
+
+inline Outcome damage(const std::string& path) {
+  return {Status::inconsistent,
+          path +
+              ": is damaged, or no checkpoint of this version: the digest at its end is not that "
+              "of its content; give another path, or remove it"};
+}
+
+// A file that is whole, as a document. `damaged` tells whether it is there and is not whole.
+inline Outcome read(const std::string& path, Json& document, bool& damaged) {
+  damaged = false;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored) &&
       !std::filesystem::is_directory(path, ignored)) {
     return {Status::not_a_choice, path + ": must be a file, not a device or a pipe"};
   }
-  const auto reader = [&problem](const Json& document, Search& result) -> Outcome {
-    if (Outcome outcome = json::check_header(document, checkpoint_format); !outcome) {
-      return outcome;
+  std::string text;
+  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
+  damaged = !is_whole(text);
+  if (damaged) return damage(path);
+  Outcome outcome = parse_json(text, document);
+  if (!outcome) outcome.message = path + ": " + outcome.message;
+  return outcome;
+}
+
+// Gives a document's record to a search of the same problem.
+inline Outcome resume(const Json& document, const Json& problem, Search& search) {
+  if (Outcome outcome = json::check_header(document, checkpoint_format); !outcome) return outcome;
+  const auto has = [&](const char* key) { return document.contains(key); };
+  if (!has("problem") || !has("elapsed") || !has("record") || !document["elapsed"].is_number() ||
+      !document["record"].is_array()) {
+    return {Status::not_a_choice, "problem, elapsed and record must be there"};
+  }
+  if (!has("course") || document["course"] != search_course) {
+    return {Status::inconsistent,
+            "was written by a version of nfopidn whose searches take another course; give another "
+            "path, or remove it"};
+  }
+  if (document["problem"] != problem) {
+    return {Status::inconsistent,
+            "is the checkpoint of another search; give another path, or remove it"};
+  }
+  std::vector<double> record;
+  for (const Json& value : document["record"]) {
+    record.push_back(0);
+    if (!read_number(value, record.back())) {
+      return {Status::not_a_choice, "record must hold numbers"};
     }
-    const auto has = [&](const char* key) { return document.contains(key); };
-    if (!has("problem") || !has("elapsed") || !has("record") || !document["elapsed"].is_number() ||
-        !document["record"].is_array()) {
-      return {Status::not_a_choice, "problem, elapsed and record must be there"};
+  }
+  search.resume(std::move(record));
+  search.add_elapsed(document["elapsed"].get<double>());
+  return {};
+}
+
+}  // namespace checkpoint
+
+// A search's file, and beside it the state before, with the suffix .previous, from which the search
+// goes on when the newest is damaged.
+class CheckpointFile {
+ public:
+  // `problem` describes everything that the search's course depends on.
+  CheckpointFile(std::string path, Json problem)
+      : path_(std::move(path)), problem_(std::move(problem)) {}
+
+  const std::string& path() const { return path_; }
+
+  // A file that is not there is a search that has not begun. `note` tells what was not as it should
+  // be where the search can go on all the same; empty if nothing.
+  Outcome load(Search& search, std::string& note) {
+    if (!file_exists(path_)) return {};
+    Json document;
+    const Outcome newest = checkpoint::read(path_, document, is_damaged_);
+    if (newest) return resume(path_, document, search);
+    if (!is_damaged_) return newest;
+    const std::string before = checkpoint::previous(path_);
+    bool also = false;
+    if (!file_exists(before) || !checkpoint::read(before, document, also) ||
+        !resume(before, document, search)) {
+      return newest;
     }
-    if (!has("course") || document["course"] != search_course) {
-      return {Status::inconsistent,
-              "was written by a version of nfopidn whose searches take another course; give "
-              "another path, or remove it"};
-    }
-    if (document["problem"] != problem) {
-      return {Status::inconsistent,
-              "is the checkpoint of another search; give another path, or remove it"};
-    }
-    std::vector<double> record;
-    for (const Json& value : document["record"]) {
-      record.push_back(0);
-      if (!checkpoint::read_number(value, record.back())) {
-        return {Status::not_a_choice, "record must hold numbers"};
-      }
-    }
-    result.resume(std::move(record));
-    result.add_elapsed(document["elapsed"].get<double>());
+    note = path_ + ": is damaged; the search goes on from the state before, " + before;
     return {};
-  };
-  return load_document(path, reader, search);
+  }
+
+  // The record holds no NaN.
+  Outcome save(const Search& search) {
+    Json document = {{"format", checkpoint_format},
+                     {"version", document_version},
+                     {"course", search_course},
+                     {"problem", problem_},
+                     {"elapsed", search.elapsed()}};
+    Json record = Json::array();
+    for (const double answer : search.record()) record.push_back(checkpoint::number(answer));
+    document["record"] = std::move(record);
+    const std::string before = checkpoint::previous(path_);
+    // What lies beside a search that begins is another's.
+    if (!file_exists(path_)) std::remove(before.c_str());
+    Outcome outcome =
+        write_file(path_, checkpoint::sealed(document), is_damaged_ ? std::string() : before);
+    if (outcome) is_damaged_ = false;
+    return outcome;
+  }
+
+ private:
+  Outcome resume(const std::string& path, const Json& document, Search& search) const {
+    Outcome outcome = checkpoint::resume(document, problem_, search);
+    if (!outcome) outcome.message = path + ": " + outcome.message;
+    return outcome;
+  }
+
+  std::string path_;
+  Json problem_;
+  bool is_damaged_ = false;  // what has the name: it must not take the place of the state before
+};
+
+// What the search of a checkpoint is of: the newest file's if it is whole, else that of the one
+// before; null if neither is.
+inline Json checkpoint_problem(const std::string& path) {
+  for (const std::string& name : {path, checkpoint::previous(path)}) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) return nullptr;
+    Json document;
+    bool damaged = false;
+    if (checkpoint::read(name, document, damaged)) return document.value("problem", Json());
+    if (!damaged) return nullptr;
+  }
+  return nullptr;
 }
 
 }  // namespace nfopidn

@@ -72,14 +72,26 @@ struct OutputTarget {
     const int own = ::dup(descriptor);
     return own < 0 ? nullptr : ::fdopen(own, "wb");
   }
-  // The draft takes the name, and the mode of what had it.
-  bool replace() const {
+  // The draft takes the name, and the mode of what had it, which is kept under another name if one
+  // is given: the name itself always stands for one of the two.
+  bool replace(const std::string& previous) const {
     std::error_code ignored;
     const auto before = std::filesystem::status(path, ignored);
     if (std::filesystem::exists(before)) {
       std::filesystem::permissions(draft(), before.permissions(), ignored);
+      if (!previous.empty()) keep_as(previous);
     }
     return std::rename(draft().c_str(), path.c_str()) == 0;
+  }
+
+ private:
+  // Best effort: what is new must not be lost for it.
+  void keep_as(const std::string& previous) const {
+    const std::string linked = draft() + "p";
+    std::error_code failed;
+    std::filesystem::create_hard_link(path, linked, failed);
+    if (failed) std::filesystem::copy_file(path, linked, failed);
+    if (failed || std::rename(linked.c_str(), previous.c_str()) != 0) std::remove(linked.c_str());
   }
 };
 
@@ -124,8 +136,9 @@ inline Outcome check_writable(const std::string& path) {
 
 // Writes a file whole or not at all: it takes its name when all of it is there, and what had the
 // name before then goes. A name that stands for no regular file, or for an open one (a pipe,
-// /dev/stdout), is written directly.
-inline Outcome write_file(const std::string& path, const std::string& content) {
+// /dev/stdout), is written directly. With `previous`, what had the name before is kept as that.
+inline Outcome write_file(const std::string& path, const std::string& content,
+                          const std::string& previous = {}) {
   OutputTarget target;
   if (!find_target(path, target)) return unwritable(path);
   std::FILE* const file = target.open();
@@ -136,7 +149,7 @@ inline Outcome write_file(const std::string& path, const std::string& content) {
   const int reason = errno;
   const bool closed = std::fclose(file) == 0;
   if (!written) errno = reason;
-  const bool done = written && closed && (target.is_direct() || target.replace());
+  const bool done = written && closed && (target.is_direct() || target.replace(previous));
   if (done) return {};
   const int why = errno;
   if (!target.is_direct()) std::remove(target.draft().c_str());
