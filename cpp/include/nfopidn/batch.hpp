@@ -36,6 +36,7 @@ class BatchEvaluator {
   // The scenario behind `run` must outlive this.
   BatchEvaluator(PreparedRun run, const ControllerSettings<double>& structure)
       : run_(std::move(run)), structure_(structure) {
+    const StandardArithmetic arithmetic;
     headings_.reserve(run_.reference.size());
     for (const auto& sample : run_.reference) {
       headings_.push_back(math<double>::heading(sample.theta));
@@ -57,6 +58,7 @@ class BatchEvaluator {
   // than its bound is given some cost over it, mostly for less work.
   void costs_of_taps(const double* taps, int candidates, double* costs,
                      const double* bounds = nullptr) const {
+    const StandardArithmetic arithmetic;
     if (kernels_.costs == nullptr) {
       run_one_by_one(taps, candidates, costs, bounds);
       return;
@@ -69,6 +71,7 @@ class BatchEvaluator {
   // The cost of one candidate's taps, [3][tap_count], and its slopes in the directions in which
   // the taps change by slopes, [directions][3][tap_count].
   double gradient(const double* taps, const double* slopes, int directions, double* result) const {
+    const StandardArithmetic arithmetic;
     double cost = 0;
     if (kernels_.gradient != nullptr) {
       const LoopInputs<double> inputs = run_.inputs();

@@ -32,6 +32,7 @@ class Playback {
 // The whole run, recorded. The scenario must be valid, and the torques within its limit.
 inline SimulationResult play(const Scenario& scenario,
                              const std::vector<TorquePair<double>>& torques) {
+  const StandardArithmetic arithmetic;
   const PreparedRun run = prepare(scenario);
   Playback playback(torques);
   return detail::record(run, playback);

@@ -115,6 +115,7 @@ inline State<double> start_state(const Scenario& scenario) {
 // The scenario must outlive what is prepared from it, and its trajectory must not be empty.
 PreparedRun prepare(const Scenario&& scenario) = delete;
 inline PreparedRun prepare(const Scenario& scenario) {
+  const StandardArithmetic arithmetic;
   const Trajectory& t = scenario.trajectory;
   PreparedRun run{
       {},

@@ -118,6 +118,7 @@ inline SimulationResult simulate(const Scenario& scenario, const ControllerDesig
     refused.metrics.cost = std::numeric_limits<double>::infinity();
     return refused;
   }
+  const StandardArithmetic arithmetic;
   const PreparedRun run = prepare(scenario);
   return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
 }
@@ -125,6 +126,7 @@ inline SimulationResult simulate(const Scenario& scenario, const ControllerDesig
 // The cost alone (eq. 41), without recording. What check_run() refuses must not be given. When an
 // Interruption has happened, this is no cost.
 inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
+  const StandardArithmetic arithmetic;
   return with_controller(settings, run.limits, [&](auto& law) {
     law.reset();
     const auto ignore = [](int, auto&&...) {};

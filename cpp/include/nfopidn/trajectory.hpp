@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "nfopidn/curves.hpp"
+#include "nfopidn/standard_arithmetic.hpp"
 
 namespace nfopidn {
 
@@ -209,6 +210,7 @@ inline double sample_count(const TrajectorySettings& settings) {
 
 // A named path. On a fault returns why and leaves the result as it was.
 inline Status make_trajectory(const TrajectorySettings& settings, Trajectory& result) {
+  const StandardArithmetic arithmetic;
   const Finding finding = check_ranges(settings);
   if (finding.status != Status::ok) return finding.status;
   if (settings.name == Curve::samples) return Status::not_a_choice;
@@ -254,6 +256,7 @@ constexpr double closing_distance = 1e-6;
 // settings; more than one lap needs a closed path. Derivatives are differences of the samples.
 inline Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
                               const TrajectorySettings& settings, Trajectory& result) {
+  const StandardArithmetic arithmetic;
   if (x.size() != y.size() || x.size() < minimum_samples) return Status::wrong_size;
   if (static_cast<double>(x.size()) * settings.laps > maximum_samples) return Status::wrong_size;
   if (!x.allFinite() || !y.allFinite()) return Status::not_finite;

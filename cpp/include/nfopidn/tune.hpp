@@ -70,6 +70,7 @@ class TuneObjective : public Objective {
     bounded_costs(points, nullptr, costs);
   }
   void bounded_costs(const Points& points, const double* bounds, double* costs) override {
+    const StandardArithmetic arithmetic;
     const std::vector<double> taps = taps_of(points);
     const Eigen::Index count = points.cols();
     const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
@@ -97,6 +98,7 @@ class TuneObjective : public Objective {
   }
   double partials(const Point& point, Eigen::Index first, Eigen::Index count,
                   double* slopes) override {
+    const StandardArithmetic arithmetic;
     const std::size_t size = tap_size();
     std::vector<double> taps(size), directions(size * static_cast<std::size_t>(count));
     differentiate_taps(point, first, count, taps, directions);
@@ -261,6 +263,7 @@ inline SearchResult find_start(TuningTask task, const Search::Callback& callback
 using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
 
 inline TuningResult run_tuning(TuningTask task, const TuningCallback& callback = {}) {
+  const StandardArithmetic arithmetic;
   TuningResult best;
   best.structure = task.structure;
   std::int64_t spent = 0;

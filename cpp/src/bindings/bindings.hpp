@@ -11,6 +11,9 @@
 
 namespace nfopidn::python {
 
+// For functions that compute.
+using Computes = py::call_guard<StandardArithmetic>;
+
 using RuntimeController = Controller<double, Fir<double, maximum_memory + 2, maximum_memory>>;
 
 // A controller's settings, and the law at work once step() is called.
@@ -82,6 +85,7 @@ class SignalWatch {
 // Does work without the GIL; raises what ends it early.
 template <class Work>
 void watched(const Work& work) {
+  const StandardArithmetic arithmetic;
   SignalWatch watch;
   {
     const py::gil_scoped_release release;

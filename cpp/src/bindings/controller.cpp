@@ -151,6 +151,7 @@ PyController from_taps(const py::object& taps, const py::kwargs& structure) {
 }
 
 py::array taps(const PyController& self) {
+  const StandardArithmetic arithmetic;
   if (self.settings.memory.is_infinite()) {
     raise("Controller.taps", {Status::out_of_range, "memory is inf; has no end of taps"});
   }
@@ -268,11 +269,11 @@ void bind_controller(py::module_& module) {
                  "from_vector(x, **structure)\n--\n\nFrom (kp_x, ki_x, kd_x, kp_y, ki_y, kd_y, "
                  "kp_theta, ki_theta, kd_theta, alpha, sigma), or 15\nnumbers that end alpha_x, "
                  "sigma_x, alpha_y, sigma_y, alpha_theta, sigma_theta.");
-  cls.def("to_vector", &to_vector,
+  cls.def("to_vector", &to_vector, Computes(),
           "to_vector(self)\n--\n\nThe inverse of from_vector; of free taps, all of them.");
   cls.def_static(
-      "from_continuous", &from_continuous, py::arg("gains"), py::arg("alpha"), py::arg("sigma"),
-      py::arg("dt"), py::arg("prewarp") = paper_prewarp,
+      "from_continuous", &from_continuous, Computes(), py::arg("gains"), py::arg("alpha"),
+      py::arg("sigma"), py::arg("dt"), py::arg("prewarp") = paper_prewarp,
       "from_continuous(gains, alpha, sigma, dt, prewarp=15.0, **structure)\n--\n\nFrom the "
       "continuous gains Kp, Ki, Kd of eq. 25, (3, 3), for the sample time dt [s]. prewarp is\nw_c "
       "[rad/s], None: 0; with generator \"gl\" it is not used.");
@@ -333,7 +334,7 @@ void bind_controller(py::module_& module) {
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
   cls.def(
-      "step", &step, py::arg("measurement"), py::arg("reference"),
+      "step", &step, Computes(), py::arg("measurement"), py::arg("reference"),
       py::arg("torque_limit") = ControlLimits<double>{}.torque,
       "step(self, measurement, reference, torque_limit=3.078)\n--\n\nThe limited torques (left, "
       "right) [N m] of one sample.\n\nmeasurement: x, y [m], theta [rad] and, not used, v, "

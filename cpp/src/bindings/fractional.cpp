@@ -48,6 +48,7 @@ py::array process(PyFractionalFilter& self, const Samples& samples) {
 
 double certificate(PyFractionalFilter& self) {
   if (self.certificate < 0) {
+    const StandardArithmetic arithmetic;
     const py::gil_scoped_release release;
     self.certificate = self.filter.certificate();
   }
@@ -61,7 +62,8 @@ py::tuple to_tuple(const ZerosPoles& model) {
 }  // namespace
 
 void bind_fractional(py::module_& module) {
-  module.def("series_weights", &weights, py::arg("pole"), py::arg("order"), py::arg("memory"),
+  module.def("series_weights", &weights, Computes(), py::arg("pole"), py::arg("order"),
+             py::arg("memory"),
              "series_weights(pole, order, memory)\n--\n\nThe power series of ((1 - w)/(1 + pole "
              "w))^order, (memory + 1,).");
   module.def(
@@ -69,22 +71,23 @@ void bind_fractional(py::module_& module) {
       [](double pole, double dt, double prewarp) {
         return DifferenceRule{pole, dt, prewarp}.scale();
       },
-      py::arg("pole"), py::arg("dt"), py::arg("prewarp"),
+      Computes(), py::arg("pole"), py::arg("dt"), py::arg("prewarp"),
       "rule_scale(pole, dt, prewarp)\n--\n\nThe rule's scale [1/s].");
   module.def(
       "continued_fraction",
       [](double order, double pole, double dt, double prewarp, int sections) {
         return to_tuple(continued_fraction(order, {pole, dt, prewarp}, sections));
       },
-      py::arg("order"), py::arg("pole"), py::arg("dt"), py::arg("prewarp"), py::arg("sections"),
+      Computes(), py::arg("order"), py::arg("pole"), py::arg("dt"), py::arg("prewarp"),
+      py::arg("sections"),
       "continued_fraction(order, pole, dt, prewarp, sections)\n--\n\nZeros, poles, gain.");
   module.def(
       "oustaloup",
       [](double order, double dt, double prewarp, int sections, double low, double high) {
         return to_tuple(oustaloup(order, {1, dt, prewarp}, sections, low, high));
       },
-      py::arg("order"), py::arg("dt"), py::arg("prewarp"), py::arg("sections"), py::arg("low"),
-      py::arg("high"),
+      Computes(), py::arg("order"), py::arg("dt"), py::arg("prewarp"), py::arg("sections"),
+      py::arg("low"), py::arg("high"),
       "oustaloup(order, dt, prewarp, sections, low, high)\n--\n\nZeros, poles, gain.");
   module.def(
       "gain_factors",
@@ -92,7 +95,8 @@ void bind_fractional(py::module_& module) {
         return gain_factors(generator == "gl" ? Generator::gl : Generator::tustin, alpha, sigma, dt,
                             prewarp);
       },
-      py::arg("generator"), py::arg("alpha"), py::arg("sigma"), py::arg("dt"), py::arg("prewarp"),
+      Computes(), py::arg("generator"), py::arg("alpha"), py::arg("sigma"), py::arg("dt"),
+      py::arg("prewarp"),
       "gain_factors(generator, alpha, sigma, dt, prewarp)\n--\n\nDiscrete kp, ki, kd over "
       "continuous ones (eq. 25).");
   using F = PyFractionalFilter;
@@ -103,15 +107,15 @@ void bind_fractional(py::module_& module) {
                        int horizon) {
              return F{FractionalFilter(order, {pole, dt, prewarp}, samples_of(memory), horizon)};
            }),
-           py::arg("order"), py::arg("pole"), py::arg("dt"), py::arg("prewarp"), py::arg("memory"),
-           py::arg("horizon"))
+           Computes(), py::arg("order"), py::arg("pole"), py::arg("dt"), py::arg("prewarp"),
+           py::arg("memory"), py::arg("horizon"))
       .def(
           "copy", [](const F& self) { return F(self); },
           "copy(self)\n--\n\nOne that goes on from the same state.")
       .def(
-          "step", [](F& self, double sample) { return self.filter.step(sample); },
+          "step", [](F& self, double sample) { return self.filter.step(sample); }, Computes(),
           py::arg("sample"), "step(self, sample)\n--\n\nThe next output.")
-      .def("process", &process, py::arg("samples"),
+      .def("process", &process, Computes(), py::arg("samples"),
            "process(self, samples)\n--\n\nThe next outputs.")
       .def(
           "reset", [](F& self) { self.filter.reset(); }, "reset(self)\n--\n\nForgets all samples.")

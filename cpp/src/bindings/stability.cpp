@@ -100,12 +100,12 @@ py::tuple linear_plant(const Scenario& scenario, double speed) {
 }  // namespace
 
 void bind_stability(py::module_& module) {
-  module.def("analyse_loop", &analyse, py::arg("scenario"), py::arg("controller"));
-  module.def("loop_jacobians", &jacobians, py::arg("scenario"), py::arg("controller"),
+  module.def("analyse_loop", &analyse, Computes(), py::arg("scenario"), py::arg("controller"));
+  module.def("loop_jacobians", &jacobians, Computes(), py::arg("scenario"), py::arg("controller"),
              py::arg("orbit"));
-  module.def("final_errors", &final_errors, py::arg("scenario"), py::arg("controller"),
+  module.def("final_errors", &final_errors, Computes(), py::arg("scenario"), py::arg("controller"),
              py::arg("poses"), py::arg("last_samples"), py::arg("threads"));
-  module.def("linear_plant", &linear_plant, py::arg("scenario"), py::arg("speed"));
+  module.def("linear_plant", &linear_plant, Computes(), py::arg("scenario"), py::arg("speed"));
 }
 
 }  // namespace nfopidn::python

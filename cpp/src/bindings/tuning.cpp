@@ -216,6 +216,7 @@ void check_resumed(Objective& objective, const Request& request, const SearchRes
 
 // Runs the search without the GIL; the callback and Ctrl-C are looked after between steps.
 py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& bend) {
+  const StandardArithmetic arithmetic;
   Search search(objective, {request.low, request.high, bend}, request.limits, request.seed);
   search.start = request.start;
   Checkpoint checkpoint(request);
@@ -423,17 +424,19 @@ void bind_tuning(py::module_& module) {
                           "dimension, risk, threads)\n--\n\nWhat nfopidn.Objective is made of.")
       .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
                     const std::vector<int>&, const std::vector<double>&, int, double, int>(),
-           py::arg("scenarios"), py::arg("controller"), py::arg("parameters"), py::arg("source"),
-           py::arg("fixed"), py::arg("dimension"), py::arg("risk"), py::arg("threads"))
-      .def("costs", &PyObjective::costs, "costs(self, points)\n--\n\n(n, p) to (n,).",
+           Computes(), py::arg("scenarios"), py::arg("controller"), py::arg("parameters"),
+           py::arg("source"), py::arg("fixed"), py::arg("dimension"), py::arg("risk"),
+           py::arg("threads"))
+      .def("costs", &PyObjective::costs, Computes(), "costs(self, points)\n--\n\n(n, p) to (n,).",
            py::arg("points"))
       .def("gradient", &PyObjective::gradient,
            "gradient(self, x)\n--\n\nThe cost at x, and its partial derivatives.", py::arg("x"));
-  module.def("search_function", &search_function, py::arg("function"), py::arg("request"));
-  module.def("search_controller", &search_controller, py::arg("scenarios"), py::arg("controller"),
-             py::arg("parameters"), py::arg("source"), py::arg("fixed"), py::arg("risk"),
-             py::arg("threads"), py::arg("request"));
-  module.def("search_rival", &search_rival, py::arg("scenarios"), py::arg("rival"),
+  module.def("search_function", &search_function, Computes(), py::arg("function"),
+             py::arg("request"));
+  module.def("search_controller", &search_controller, Computes(), py::arg("scenarios"),
+             py::arg("controller"), py::arg("parameters"), py::arg("source"), py::arg("fixed"),
+             py::arg("risk"), py::arg("threads"), py::arg("request"));
+  module.def("search_rival", &search_rival, Computes(), py::arg("scenarios"), py::arg("rival"),
              py::arg("source"), py::arg("fixed"), py::arg("risk"), py::arg("threads"),
              py::arg("request"));
   module.def(
@@ -444,14 +447,15 @@ void bind_tuning(py::module_& module) {
         return py::str(problem.dump());
       },
       py::arg("path"));
-  module.def("structure", &structure_by_name, py::arg("name"));
-  module.def("parameter_bounds", &bounds_of, py::arg("controller"), py::arg("parameters"));
-  module.def("design", &design, py::arg("controller"), py::arg("parameters"), py::arg("source"),
-             py::arg("fixed"), py::arg("x"));
-  module.def("parameters", &parameters, py::arg("controller"), py::arg("parameters"),
+  module.def("structure", &structure_by_name, Computes(), py::arg("name"));
+  module.def("parameter_bounds", &bounds_of, Computes(), py::arg("controller"),
+             py::arg("parameters"));
+  module.def("design", &design, Computes(), py::arg("controller"), py::arg("parameters"),
+             py::arg("source"), py::arg("fixed"), py::arg("x"));
+  module.def("parameters", &parameters, Computes(), py::arg("controller"), py::arg("parameters"),
              py::arg("design"));
-  module.def("default_options", &defaults_of, py::arg("method"));
-  module.def("check_options", &check_options_of, py::arg("method"), py::arg("options"));
+  module.def("default_options", &defaults_of, Computes(), py::arg("method"));
+  module.def("check_options", &check_options_of, Computes(), py::arg("method"), py::arg("options"));
 }
 
 }  // namespace nfopidn::python

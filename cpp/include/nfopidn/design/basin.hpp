@@ -42,6 +42,7 @@ FinalErrors final_errors(const PreparedRun& run, Law& law, const State<double>& 
 // velocity. The result does not depend on the number of threads.
 inline void basin(const PreparedRun& run, const ControllerDesign& design, const double* poses,
                   std::ptrdiff_t count, int last_samples, int threads, FinalErrors* errors) {
+  const StandardArithmetic arithmetic;
   // Every so many of them: neighbours take similar times.
   Team(threads).in_shares(threads, 1, [&](std::ptrdiff_t from, std::ptrdiff_t shares) {
     with_controller(design, run.limits, [&](auto& law) {

@@ -104,6 +104,7 @@ inline Switches find_switches(StepMap<double>& map, const Eigen::MatrixXd& state
 // what it is. Noise is left out. When an Interruption has happened, what is found means nothing.
 inline Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& design,
                             LoopStability& result) {
+  const StandardArithmetic arithmetic;
   if (Outcome outcome = check_loop(scenario, design); !outcome) return outcome;
   result = {};
   const Outcome outcome = find_period(scenario, design.frame == Frame::world, result.reference);

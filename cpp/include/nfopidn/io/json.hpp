@@ -292,6 +292,7 @@ class Guard {
 
 // Text to JSON. NaN, infinities, trailing text and bad UTF-8 are refused.
 inline Outcome parse_json(const std::string& text, Json& result) {
+  const StandardArithmetic arithmetic;  // the conversion of decimals rounds
   try {
     result = Json::parse(text, json::Guard());
   } catch (const Json::exception& error) {

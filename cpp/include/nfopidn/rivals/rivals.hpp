@@ -133,12 +133,14 @@ namespace nfopidn {
 
 // The whole run, recorded. Scenario and parameters must be valid.
 inline SimulationResult simulate(const Scenario& scenario, const rivals::RivalDesign& design) {
+  const StandardArithmetic arithmetic;
   const PreparedRun run = prepare(scenario);
   return detail::record(run, *rivals::make_rival(design, run));
 }
 
 // The cost alone (eq. 41), without recording.
 inline double evaluate(const PreparedRun& run, const rivals::RivalDesign& design) {
+  const StandardArithmetic arithmetic;
   const std::unique_ptr<rivals::AnyRival> law = rivals::make_rival(design, run);
   const auto ignore = [](int, auto&&...) {};
   return run_closed_loop<double>(run.plant, *law, run.start, run.inputs(), ignore, run.poll()).cost;

@@ -1,0 +1,108 @@
+"""Another rounding, left on by another library, changes no result and is still there afterwards."""
+
+# ruff: noqa: PLW0108 - the work is to be done whole when it is called
+
+import ctypes
+import ctypes.util
+import platform
+
+import nfopidn
+import numpy as np
+import pytest
+from nfopidn import (
+    Controller,
+    Objective,
+    Rival,
+    Scenario,
+    Trajectory,
+    _core,
+    fractional,
+    stability,
+)
+
+LIBM = ctypes.CDLL(ctypes.util.find_library("m"))
+X86 = platform.machine() in ("x86_64", "AMD64")
+#: What <fenv.h> calls them.
+MODES = (
+    {"upward": 0x800, "downward": 0x400, "toward zero": 0xC00}
+    if X86
+    else {"upward": 0x400000, "downward": 0x800000, "toward zero": 0xC00000}
+)
+
+
+#: NumPy's own arithmetic is the caller's, and is done before.
+SAMPLES = np.linspace(0, 1, 300)
+POINTS = np.full((30, 11), 0.2)
+
+
+def tuned(**arguments):
+    return nfopidn.tune(rng=1, maxfev=400, **arguments).x.tolist()
+
+
+def stepped():
+    controller = Controller.published(memory=40)
+    row = Scenario.published(rng=0).reference[3]
+    return [controller.step((3.9, 0.1, 1.0), row) for _ in range(5)]
+
+
+def filtered():
+    long = fractional.FractionalFilter(0.37, 0.01, memory=5000)
+    return [*long.stream(SAMPLES), long.step(0.1)]
+
+
+def noisy():
+    scenario = Scenario.published(pose_noise=(0.01, 0.01), rng=3, integrator="exact")
+    return nfopidn.simulate(scenario).cost
+
+
+def circled():
+    scenario = Scenario(Trajectory.circle(), rng=0)
+    loop = stability.loop(scenario, Controller.tuned_nominal())
+    return [loop.log_radius, *loop.multipliers.tolist()]
+
+
+WORK = {
+    "simulate": lambda: nfopidn.simulate().columns["x"].tolist(),
+    "simulate with noise": noisy,
+    "simulate a rival": lambda: nfopidn.simulate(controller=Rival("lqr")).cost,
+    "read": lambda: Scenario.from_json(Scenario.published(rng=0).to_json()).reference.tolist(),
+    "a number read": lambda: Controller.from_json(
+        Controller.published().to_json().replace("0.", "0.1234567890123456789")
+    ).gains.tolist(),
+    "trajectory": lambda: Trajectory.lemniscate().theta.tolist(),
+    "reference": lambda: Scenario.published(rng=0).reference.tolist(),
+    "costs": lambda: Objective(workers=2).costs(POINTS).tolist(),
+    "gradient": lambda: Objective().gradient(POINTS[0])[1].tolist(),
+    "tune": tuned,
+    "tune bfoa": lambda: tuned(method="bfoa"),
+    "tune a rival": lambda: tuned(structure="samson"),
+    "step": stepped,
+    "taps": lambda: Controller.published().taps.tolist(),
+    "filter": filtered,
+    "approximate": lambda: _core.oustaloup(0.37, 0.01, 3.0, 7, 0.1, 50.0),
+    "expand": lambda: _core.series_weights(1 / 7, 0.37, 50).tolist(),
+    "stability": circled,
+}
+
+
+@pytest.fixture(params=MODES.values(), ids=MODES.keys())
+def other_rounding(request):
+    """Set a rounding; a function that tells whether it is still that one."""
+
+    def set_mode():
+        assert LIBM.fesetround(request.param) == 0
+        return lambda: LIBM.fegetround() == request.param
+
+    yield set_mode
+    LIBM.fesetround(0)
+
+
+@pytest.mark.parametrize("work", WORK.values(), ids=WORK.keys())
+def test_results_and_rounding_are_as_before(work, other_rounding):
+    right = work()
+    is_set = other_rounding()
+    found = work()
+    kept = is_set()
+    LIBM.fesetround(0)
+    assert found == right
+    assert kept
