@@ -146,7 +146,7 @@ BfoaOptions read_bfoa_options(const py::dict& given) {
 }
 
 // Saves a search now and then: not more often than twice a second, and not for more than a
-// twentieth of the time.
+// twentieth of the time. What cannot be written now is written later.
 class Checkpoint {
  public:
   explicit Checkpoint(const Request& request) : file_(request.checkpoint, request.problem) {}
@@ -164,21 +164,22 @@ class Checkpoint {
 
   void save_if_due(const Search& search) {
     if (!is_wanted() || Clock::now() < next_) return;
-    save(search);
+    save(search, false);
   }
   // Not while an earlier process's answers are still being repeated: the file has more. Nor what no
   // search can go on from.
-  void save(const Search& search) {
+  void save(const Search& search, bool last) {
     if (!is_wanted() || search.is_replaying() || is_spoilt(search.record())) return;
     const Clock::time_point begin = Clock::now();
-    const Outcome saved = file_.save(search);
-    if (!saved) fault = saved;
+    const Outcome before = std::exchange(fault, file_.save(search));
+    if (!fault && before && !last) warn_of_fault();
     const Clock::time_point end = Clock::now();
     const Clock::duration least = std::chrono::milliseconds(500);
     next_ = end + std::max(least, 20 * (end - begin));
   }
 
-  Outcome fault;
+  Outcome fault;                   // of the last time
+  py::object raised = py::none();  // where warnings are errors; the search then ends
 
  private:
   bool is_spoilt(const std::vector<double>& record) {
@@ -191,6 +192,16 @@ class Checkpoint {
   static void warn(const std::string& note) {
     const std::string text = "checkpoint: " + printable(note);
     if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+  }
+
+  // The search goes on: the disk may have room again before it ends.
+  void warn_of_fault() {
+    const py::gil_scoped_acquire acquire;
+    try {
+      warn(fault.message + "; the search goes on, and tries again");
+    } catch (const py::error_already_set& error) {
+      raised = raised_by(error);
+    }
   }
 
   CheckpointFile file_;
@@ -230,6 +241,7 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
   py::object raised = py::none();  // by the callback, or by a signal's handler
   Clock::time_point next_look{};
   search.set_interruption([&] {
+    if (!checkpoint.raised.is_none()) return true;
     if (Clock::now() < next_look) return false;
     next_look = Clock::now() + std::chrono::milliseconds(50);
     const py::gil_scoped_acquire acquire;
@@ -240,7 +252,7 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     return true;
   });
   search.set_callback([&](const SearchResult& so_far) {
-    if (!checkpoint.fault) return false;
+    if (!checkpoint.raised.is_none()) return false;
     if (request.callback.is_none() || search.is_replaying()) return true;
     const py::gil_scoped_acquire acquire;
     const HistoryRow& row = so_far.history.back();
@@ -262,11 +274,11 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
     BfoaPlus(search, options, request.limits.evaluations).run();
   }
   if (resumes) check_resumed(objective, request, search.result);
-  if (checkpoint.fault.status == Status::ok) checkpoint.save(search);
+  checkpoint.save(search, true);
   py::dict result = to_dict(
       search, interrupted ? "interrupted" : reasons[static_cast<int>(search.result.reason)]);
   result["checkpoint_fault"] = checkpoint.fault.message;
-  result["raised"] = raised;
+  result["raised"] = raised.is_none() ? checkpoint.raised : raised;
   return result;
 }
 
