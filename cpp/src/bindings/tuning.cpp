@@ -157,6 +157,7 @@ class Checkpoint {
   // of.
   void begin(Search& search) {
     check("checkpoint", check_writable(file_.path()));
+    check("checkpoint", file_.lock());
     std::string note;
     check("checkpoint", file_.load(search, note));
     if (!note.empty()) warn(note);

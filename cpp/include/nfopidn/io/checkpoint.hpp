@@ -3,7 +3,7 @@
 #pragma once
 
 #include "nfopidn/io/crc64.hpp"
-#include "nfopidn/io/files.hpp"
+#include "nfopidn/io/file_lock.hpp"
 #include "nfopidn/search.hpp"
 
 namespace nfopidn {
@@ -123,6 +123,9 @@ class CheckpointFile {
 
   const std::string& path() const { return path_; }
 
+  // Keeps it from other searches for as long as this lives.
+  Outcome lock() { return lock_.take(path_); }
+
   // A file that is not there is a search that has not begun. `note` tells what was not as it should
   // be where the search can go on all the same; empty if nothing.
   Outcome load(Search& search, std::string& note) {
@@ -169,6 +172,7 @@ class CheckpointFile {
 
   std::string path_;
   Json problem_;
+  FileLock lock_;
   bool is_damaged_ = false;  // what has the name: it must not take the place of the state before
 };
 

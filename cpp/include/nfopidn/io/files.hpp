@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "nfopidn/io/json_controller.hpp"
 
@@ -64,13 +66,23 @@ struct OutputTarget {
   std::string path;         // of a link the file that it points to, which is replaced
   int descriptor = -1;      // of a name such as /dev/stdout, which is written on
   bool is_special = false;  // a pipe or a device, written directly
+  std::string draft;        // once it is open, the file that is written in its stead
 
   bool is_direct() const { return descriptor >= 0 || is_special; }
-  std::string draft() const { return path + ".part" + std::to_string(::getpid()); }
-  std::FILE* open() const {
-    if (descriptor < 0) return std::fopen(is_special ? path.c_str() : draft().c_str(), "wb");
-    const int own = ::dup(descriptor);
-    return own < 0 ? nullptr : ::fdopen(own, "wb");
+  // For what is not written directly, a draft of a name that nobody else has, in no process.
+  std::FILE* open() {
+    if (descriptor >= 0) {
+      const int own = ::dup(descriptor);
+      return own < 0 ? nullptr : ::fdopen(own, "wb");
+    }
+    if (is_special) return std::fopen(path.c_str(), "wb");
+    static std::atomic<unsigned> drafts{0};
+    for (;;) {
+      draft = path + ".part" + std::to_string(::getpid()) + "-" + std::to_string(drafts++);
+      const int own = ::open(draft.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (own >= 0) return ::fdopen(own, "wb");
+      if (errno != EEXIST) return nullptr;
+    }
   }
   // The draft takes the name, and the mode of what had it, which is kept under another name if one
   // is given: the name itself always stands for one of the two.
@@ -78,16 +90,16 @@ struct OutputTarget {
     std::error_code ignored;
     const auto before = std::filesystem::status(path, ignored);
     if (std::filesystem::exists(before)) {
-      std::filesystem::permissions(draft(), before.permissions(), ignored);
+      std::filesystem::permissions(draft, before.permissions(), ignored);
       if (!previous.empty()) keep_as(previous);
     }
-    return std::rename(draft().c_str(), path.c_str()) == 0;
+    return std::rename(draft.c_str(), path.c_str()) == 0;
   }
 
  private:
   // Best effort: what is new must not be lost for it.
   void keep_as(const std::string& previous) const {
-    const std::string linked = draft() + "p";
+    const std::string linked = draft + "p";
     std::error_code failed;
     std::filesystem::create_hard_link(path, linked, failed);
     if (failed) std::filesystem::copy_file(path, linked, failed);
@@ -130,7 +142,7 @@ inline Outcome check_writable(const std::string& path) {
   std::FILE* const file = target.open();
   if (file == nullptr) return unwritable(path);
   std::fclose(file);
-  std::remove(target.draft().c_str());
+  std::remove(target.draft.c_str());
   return {};
 }
 
@@ -152,7 +164,7 @@ inline Outcome write_file(const std::string& path, const std::string& content,
   const bool done = written && closed && (target.is_direct() || target.replace(previous));
   if (done) return {};
   const int why = errno;
-  if (!target.is_direct()) std::remove(target.draft().c_str());
+  if (!target.is_direct()) std::remove(target.draft.c_str());
   errno = why;
   return unwritable(path);
 }
