@@ -27,7 +27,7 @@ def load_controller(path: str) -> Controller | Rival:
         Names the file, and what in it is not as it must be.
     """
     try:
-        rival = json.loads(Path(path).read_text(encoding="utf-8"))["format"] == "nfopidn-rival"
+        rival = json.loads(_core.read_text(path))["format"] == "nfopidn-rival"
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         rival = False  # Controller.load says what is wrong
     return Rival.load(path) if rival else Controller.load(path)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from nfopidn import _core
 from nfopidn._core import Controller, Rival, Robot, Scenario
 from nfopidn._files import replace_file
 from nfopidn._parameters import ROBOT_FIELDS
@@ -55,7 +55,7 @@ class TuneResult(OptimizeResult):
             Names the file, and what in it is not as it must be.
         """
         try:
-            fields = json.loads(Path(path).read_text(encoding="utf-8"))
+            fields = json.loads(_core.read_text(path))
             if fields.pop("format") != TUNING_FORMAT or fields.pop("version") != TUNING_VERSION:
                 raise ValueError(
                     f"must be a document {TUNING_FORMAT!r} of version {TUNING_VERSION}"

@@ -1,5 +1,8 @@
 // Reading and writing: what the executable's and Python's tests of files do not come by.
+#include <set>
+
 #include "nfopidn/io/csv.hpp"
+#include "nfopidn/io/file_lock.hpp"
 #include "nfopidn/io/json_rival.hpp"
 #include "support.hpp"
 
@@ -98,6 +101,61 @@ TEST_F(Files, ALinkStaysALink) {
   ASSERT_TRUE(write_file(link.string(), "newer"));
   EXPECT_EQ(content(link), "newer");
   EXPECT_EQ(count(), 1);
+}
+
+TEST_F(Files, WithoutAnEndAreNotRead) {
+  std::string text;
+  const Outcome endless = read_file("/dev/zero", text);
+  EXPECT_EQ(endless.status, Status::not_a_choice);
+  EXPECT_EQ(endless.message, "/dev/zero: holds a byte 0; must be text in UTF-8");
+  const fs::path path = folder / "a.txt";
+  const std::string hundred(100, 'a');
+  ASSERT_TRUE(write_file(path.string(), hundred));
+  EXPECT_TRUE(read_file(path.string(), text, 100));
+  EXPECT_EQ(text, hundred);
+  const Outcome large = read_file(path.string(), text, 99);
+  EXPECT_EQ(large.status, Status::out_of_range);
+  EXPECT_EQ(large.message, path.string() + ": is larger than 99 bytes, the most that is read");
+}
+
+// Also where a file of the next name lies about, of another process of the same number perhaps.
+TEST_F(Files, DraftsHaveNamesOfTheirOwn) {
+  const fs::path path = folder / "a.txt";
+  std::set<std::string> drafts;
+  for (int i = 0; i < 4; ++i) {
+    OutputTarget target;
+    ASSERT_TRUE(find_target(path.string(), target));
+    std::FILE* const file = target.open();
+    ASSERT_NE(file, nullptr);
+    std::fclose(file);
+    EXPECT_TRUE(drafts.insert(target.draft).second);
+    const std::size_t number = target.draft.rfind('-') + 1;
+    const int next = std::stoi(target.draft.substr(number)) + 1;
+    std::ofstream(target.draft.substr(0, number) + std::to_string(next)) << "another's";
+  }
+  EXPECT_EQ(count(), 8);
+}
+
+TEST_F(Files, AreKeptUnderAnotherName) {
+  const fs::path path = folder / "a.txt", before = folder / "b.txt";
+  for (const char* text : {"one", "two", "three"}) {
+    ASSERT_TRUE(write_file(path.string(), text, before.string()));
+  }
+  EXPECT_EQ(content(path), "three");
+  EXPECT_EQ(content(before), "two");
+  EXPECT_EQ(count(), 2);
+}
+
+TEST_F(Files, AreLockedOnce) {
+  const fs::path path = folder / "a.txt";
+  FileLock first, second;
+  ASSERT_TRUE(first.take(path.string()));
+  EXPECT_TRUE(fs::exists(path.string() + ".lock"));
+  EXPECT_NE(second.take((folder / "." / "a.txt").string()).message.find("another thread"),
+            std::string::npos);
+  first.release();
+  EXPECT_FALSE(fs::exists(path.string() + ".lock"));
+  EXPECT_TRUE(second.take(path.string()));
 }
 
 TEST_F(Files, WhatCannotBeReplacedIsSaid) {

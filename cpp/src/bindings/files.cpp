@@ -29,6 +29,17 @@ void bind_files(py::module_& module) {
       "check_writable", [](const py::object& path) { with_os_error(path, check_writable); },
       py::arg("path"));
   module.def(
+      "read_text",
+      [](const py::object& path) {
+        std::string text;
+        const Outcome outcome = read_file(file_name(path), text);
+        if (outcome.status == Status::inconsistent)
+          with_os_error(path, [](auto&&) { return false; });
+        check("read_text", outcome);
+        return text;
+      },
+      py::arg("path"));
+  module.def(
       "write_file",
       [](const py::object& path, const std::string& content) {
         with_os_error(path, [&](const std::string& name) { return write_file(name, content); });

@@ -27,16 +27,33 @@ inline bool file_exists(const std::string& path) {
   return std::filesystem::exists(path, ignored);
 }
 
-inline Outcome read_file(const std::string& path, std::string& text) {
+// No document or table that is meant is as large: 10 million samples take some 0.6 GB.
+constexpr std::size_t largest_file = std::size_t{1} << 30;  // [bytes]
+
+// A text, from a file or a pipe. What has no end, such as /dev/zero, is refused before it fills the
+// memory: it holds bytes 0, which no text has, or is too large.
+inline Outcome read_file(const std::string& path, std::string& text,
+                         std::size_t largest = largest_file) {
   errno = 0;
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) errno = EISDIR;
   std::ifstream stream(path, std::ios::binary);
   if (errno == EISDIR || !stream) return file_fault(path, "cannot be read");
-  std::ostringstream content;
-  content << stream.rdbuf();
-  if (stream.bad()) return file_fault(path, "cannot be read");
-  text = content.str();
+  text.clear();
+  std::vector<char> piece(std::size_t{1} << 16);
+  while (stream) {
+    stream.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+    const auto count = static_cast<std::size_t>(stream.gcount());
+    if (stream.bad()) return file_fault(path, "cannot be read");
+    if (std::memchr(piece.data(), 0, count) != nullptr) {
+      return {Status::not_a_choice, path + ": holds a byte 0; must be text in UTF-8"};
+    }
+    if (text.size() + count > largest) {
+      return {Status::out_of_range, path + ": is larger than " + std::to_string(largest) +
+                                        " bytes, the most that is read"};
+    }
+    text.append(piece.data(), count);
+  }
   return {};
 }
 
