@@ -11,9 +11,9 @@ struct NoPoll {
 
 // A raw pointer to whom to ask, so that the lanes' units can have it too.
 struct Poll {
-  int samples = __INT_MAX__;            // of a piece
-  bool (*question)(void*) = nullptr;    // null: nobody interrupts; must not throw
-  void* asked = nullptr;                // its argument; borrowed
+  int samples = __INT_MAX__;          // of a piece
+  bool (*question)(void*) = nullptr;  // null: nobody interrupts; must not throw
+  void* asked = nullptr;              // its argument; borrowed
 
   bool is_stopped() const { return question != nullptr && question(asked); }
 };

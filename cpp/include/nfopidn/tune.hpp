@@ -70,11 +70,13 @@ class TuneObjective : public Objective {
       steps += static_cast<double>(run.reference.size()) * run.scenario->substeps;
     }
     constexpr double published = 751;
+    constexpr Eigen::Index widest_block = 32;  // of lanes
     const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
     const bool single = runs_one_by_one();
     const auto affordable =
         static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
-    return std::max({affordable, (single ? team_.size() : 64) / scenarios, Eigen::Index{1}});
+    const Eigen::Index fewest = (single ? 1 : widest_block) * team_.size();
+    return std::max({affordable, fewest / scenarios, Eigen::Index{1}});
   }
   Eigen::Index partials_at_once() const override {
     return runs_one_by_one() ? team_.size() : dimension_;

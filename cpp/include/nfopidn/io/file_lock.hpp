@@ -11,7 +11,8 @@
 namespace nfopidn {
 
 // Holds a file against other processes and other threads, by a lock on an empty file beside it with
-// the suffix .lock. It goes with its holder, also with one that is killed; the empty file stays then.
+// the suffix .lock. It goes with its holder, also with one that is killed; the empty file stays
+// then.
 class FileLock {
  public:
   FileLock() = default;
@@ -67,9 +68,8 @@ class FileLock {
   }
 
   static Outcome in_use(const std::string& path, ::pid_t process) {
-    const std::string who = process == ::getpid()
-                                ? "another thread"
-                                : "process " + std::to_string(process);
+    const std::string who =
+        process == ::getpid() ? "another thread" : "process " + std::to_string(process);
     return {Status::inconsistent,
             path + ": is in use by " + who + "; give another path, or wait until that is done"};
   }
