@@ -124,22 +124,22 @@ def prewarp_frequency(value: Any, dt: float) -> float:
     return 0.0 if value is None else number("prewarp", value, 0.0, math.pi / dt, " rad/s")
 
 
-def band(value: Sequence[float] | None, dt: float) -> tuple[float, float]:
+def band(value: Sequence[float] | None, dt: float, name: str = "band") -> tuple[float, float]:
     """Return (low, high) [rad/s]; None: the decade that ends at a tenth of Nyquist's frequency."""
     nyquist = math.pi / dt
     if value is None:
         return nyquist / 100, nyquist / 10
     try:
-        pair = real_numbers("band", value).ravel()
+        pair = real_numbers(name, value).ravel()
     except ValueError:
-        raise ValueError(f"band is {shown(value)}; must be low and high [rad/s]") from None
+        raise ValueError(f"{name} is {shown(value)}; must be low and high [rad/s]") from None
     if pair.size != 2:
-        raise ValueError(f"band has {pair.size} numbers; must have 2, low and high [rad/s]")
+        raise ValueError(f"{name} has {pair.size} numbers; must have 2, low and high [rad/s]")
     low, high = (float(edge) for edge in pair)
     if not 0 < low < high <= nyquist:
         raise ValueError(
-            f"band is ({low:g}, {high:g}) rad/s; must rise, above 0 and up to Nyquist's frequency "
-            f"{nyquist:g} rad/s"
+            f"{name} is ({low:g}, {high:g}) rad/s; must rise, above 0 and up to Nyquist's "
+            f"frequency {nyquist:g} rad/s"
         )
     return low, high
 

@@ -11,9 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
 from nfopidn.fractional import _checks as checks
+from nfopidn.fractional._errors import operator_errors, warn_if_far
+from nfopidn.fractional._realisation import delays, product_fault, scipy_system, series
 
 METHODS: Final = ("tustin", "gl", "al-alaoui", "tustin-cf", "al-alaoui-cf", "oustaloup")
 """Truncated power series of three rules, continued fractions of two, and Oustaloup's."""
+
+_FORMS: Final = ("state_space", "transfer_function")
+_BLOCK: Final = 4096  # taps that a frequency response sums at a time
+_LONGEST_CHAIN: Final = 1000  # delays: A has the square of their number
 
 Floats = NDArray[np.float64]
 
@@ -54,12 +60,13 @@ class Discretisation:
         """
         if self.taps is not None:
             raise ValueError(f"method is {self.method!r}; has taps, not sections")
-        zeros = sorted(self.zeros.real, key=abs)
-        poles = sorted(self.poles.real, key=abs)
+        zeros, poles = np.sort(self.zeros.real), np.sort(self.poles.real)
         rows = []
-        for first in range(0, max(len(zeros), 1), 2):
-            pair = [np.atleast_1d(np.poly(roots[first : first + 2])) for roots in (zeros, poles)]
-            rows.append(np.concatenate([np.pad(side, (0, 3 - len(side))) for side in pair]))
+        for first in range(max((len(zeros) + 1) // 2, 1)):
+            # The lowest with the highest: the coefficients of two roots near 1 do not tell them.
+            pair = np.unique([first, len(zeros) - 1 - first]) if len(zeros) else np.array([], int)
+            sides = [np.atleast_1d(np.poly(roots[pair])) for roots in (zeros, poles)]
+            rows.append(np.concatenate([np.pad(side, (0, 3 - len(side))) for side in sides]))
         table = np.array(rows)
         table[0, :3] *= self.gain
         return table
@@ -112,42 +119,118 @@ class Discretisation:
         ------
         ValueError
             For a band that does not rise or ends above Nyquist's frequency.
+
+        Warns
+        -----
+        UserWarning
+            If over a band that is given the filter is not s^order: off by a fifth or by 10 degrees.
         """
-        omega = checks.frequencies(checks.band(band, self.dt))
-        return worst_errors(self.response(omega) / (1j * omega) ** self.order)
+        edges = checks.band(band, self.dt)
+        found = operator_errors(self.response, self.order, edges)
+        if band is not None:
+            warn_if_far(self._described(), self.order, edges, found, 2)
+        return found
+
+    def _described(self) -> str:
+        if self.taps is not None:
+            return f"{self.method} with a memory of {len(self.taps) - 1}"
+        return f"{self.method} with {len(self.poles)} zeros and poles"
 
     def to_dlti(self) -> Any:
-        """Return it as scipy.signal.dlti (zeros, poles, gain). Needs SciPy."""
+        """Return it as scipy.signal.dlti: zeros, poles and gain, or the taps of a series.
+
+        Of zeros and poles, `to_ss()` and what takes that way (scipy.signal.dlsim, dstep, dimpulse)
+        run the sections in series. Beware of `to_tf()`: it multiplies zeros and poles out, which
+        many of them do not survive, so that stable filters come out unstable. It warns where it
+        gives another filter; SciPy's functions of bare numbers, as zpk2tf, do not.
+
+        Raises
+        ------
+        ImportError
+            Without SciPy.
+
+        Warns
+        -----
+        UserWarning
+            From `to_tf()` of what is returned, if that is another filter.
+        """
         try:
             from scipy.signal import dlti
         except ImportError as error:
-            raise ImportError("to_dlti needs SciPy: pip install scipy") from error
+            raise ImportError("to_dlti needs SciPy: pip install 'nfopidn[control]'") from error
         if self.taps is not None:
             denominator = np.zeros(len(self.taps))
             denominator[0] = 1
             return dlti(self.taps * self.gain, denominator, dt=self.dt)
-        return dlti(self.zeros, self.poles, self.gain, dt=self.dt)
+        return scipy_system(self.zeros, self.poles, self.gain, self.dt)
 
-    def to_control(self, frequency: ArrayLike | None = None) -> Any:
-        """Return it as an object of python-control. Needs control.
+    def to_control(self, frequency: ArrayLike | None = None, *, form: str | None = None) -> Any:
+        """Return it as an object of python-control.
 
         Parameters
         ----------
         frequency
-            [rad/s]; given: a FrequencyResponseData there, else a TransferFunction
+            [rad/s]; given: a FrequencyResponseData there
+        form
+            "state_space": a StateSpace, of zeros and poles the sections in series, of taps a chain
+            of delays, up to 1000. "transfer_function": a TransferFunction, of zeros and poles only
+            if multiplied out they still have the same response, to 1e-6 from Nyquist's frequency /
+            10,000 and the lowest zero or pole on, and no pole has left the unit circle. None:
+            "state_space" for zeros and poles, "transfer_function" for taps, which are its
+            coefficients as they stand
+
+        Returns
+        -------
+        StateSpace, TransferFunction or FrequencyResponseData
+            Whatever python-control itself turns into polynomials is lost again: its margins of a
+            StateSpace are one such case. Take them of a FrequencyResponseData.
+
+        Raises
+        ------
+        ImportError
+            Without python-control.
+        ValueError
+            For a form that would be another filter, a chain of more than 1000 delays, or a form
+            beside a frequency.
         """
         try:
             import control
         except ImportError as error:
-            raise ImportError("to_control needs python-control: pip install control") from error
+            words = "to_control needs python-control: pip install 'nfopidn[control]'"
+            raise ImportError(words) from error
+        if form is not None and (not isinstance(form, str) or form not in _FORMS):
+            raise ValueError(f"form is {form!r}; must be one of {', '.join(_FORMS)}")
         if frequency is not None:
+            if form is not None:
+                raise ValueError(
+                    f"form is {form!r} beside a frequency, which has a form of its own"
+                )
             omega = checks.frequency(frequency)
             return control.frd(self.response(omega), omega)
         if self.taps is not None:
-            denominator = np.zeros(len(self.taps))
-            denominator[0] = 1
-            return control.tf(self.taps * self.gain, denominator, self.dt)
+            return self._control_of_taps(control, self.taps * self.gain, form)
+        zeros, poles = self.zeros.real, self.poles.real
+        if form != "transfer_function":
+            return control.ss(*series(zeros, poles, self.gain), self.dt)
+        fault = product_fault(zeros, poles)
+        if fault is not None:
+            raise ValueError(
+                f"form is 'transfer_function'; {fault}. Take the form 'state_space', or fewer "
+                "sections"
+            )
         return control.zpk(self.zeros, self.poles, self.gain, dt=self.dt)
+
+    def _control_of_taps(self, control: Any, taps: Floats, form: str | None) -> Any:
+        if form == "state_space":
+            if len(taps) - 1 > _LONGEST_CHAIN:
+                raise ValueError(
+                    f"form is 'state_space' and memory is {len(taps) - 1}; must be in "
+                    f"[0, {_LONGEST_CHAIN}] for a chain of delays"
+                )
+            return control.ss(*delays(taps), self.dt)
+        denominator = np.zeros(len(taps))
+        denominator[0] = 1
+        return control.tf(taps, denominator, self.dt)
 
 
 def discretise(
@@ -159,6 +242,7 @@ def discretise(
     sections: int = 9,
     prewarp: float | None = None,
     band: Sequence[float] | None = None,
+    check_band: Sequence[float] | None = None,
 ) -> Discretisation:
     """Discretise s^order.
 
@@ -186,6 +270,9 @@ def discretise(
     band
         (low, high) [rad/s] of Oustaloup's, and of no other's; None: three decades that end at
         Nyquist's frequency
+    check_band
+        (low, high) [rad/s], up to pi/dt, where it is to be s^order; None: it is not looked at, and
+        `Discretisation.errors` tells
 
     Returns
     -------
@@ -195,6 +282,11 @@ def discretise(
     ------
     ValueError
         Names the argument, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        If over `check_band` the filter is not s^order: off by a fifth or by 10 degrees.
     """
     order = checks.order("order", order)
     dt = checks.sample_time(dt)
@@ -205,6 +297,23 @@ def discretise(
     warp = checks.prewarp_frequency(prewarp, dt)
     if band is not None and method != "oustaloup":
         raise ValueError(f"band is {band!r}; is Oustaloup's, and does not apply to {method!r}")
+    checked = None if check_band is None else checks.band(check_band, dt, "check_band")
+    model = _discretised(order, dt, method, memory, sections, warp, band)
+    if checked is not None:
+        errors = operator_errors(model.response, order, checked)
+        warn_if_far(model._described(), order, checked, errors, 2)
+    return model
+
+
+def _discretised(
+    order: float,
+    dt: float,
+    method: str,
+    memory: int,
+    sections: int,
+    warp: float,
+    band: Sequence[float] | None,
+) -> Discretisation:
     pole = checks.POLES.get(method.removesuffix("-cf"), 1.0)
     if method in checks.POLES and order not in {-1.0, 0.0, 1.0}:
         taps = _core.series_weights(pole, order, memory)
@@ -231,12 +340,18 @@ def truncated_power(
 ) -> NDArray[np.complex128]:
     """Return the power series of that up to w^memory, cut for whole orders as for others."""
     taps = _core.series_weights(checks.POLES[method], order, memory)
-    return np.asarray(np.polynomial.polynomial.polyval(np.exp(-1j * angle), taps))
+    return series_sum(taps, np.exp(-1j * angle))
 
 
-def worst_errors(ratio: NDArray[np.complex128]) -> tuple[float, float]:
-    """Return the largest |magnitude - 1| [-] and phase [degree] of ratios that should be 1."""
-    return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())
+def series_sum(taps: Floats, w: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return sum taps_k w^k at each w, in blocks: Horner's scheme alone would take long."""
+    if len(taps) <= _BLOCK:
+        return np.asarray(np.polynomial.polynomial.polyval(w, taps))
+    rows = np.pad(taps, (0, -len(taps) % _BLOCK)).reshape(-1, _BLOCK)
+    parts = rows @ (w.ravel() ** np.arange(_BLOCK)[:, None])
+    return _complex(
+        np.polynomial.polynomial.polyval(w.ravel() ** _BLOCK, parts, tensor=False)
+    ).reshape(w.shape)
 
 
 def _complex(numbers: ArrayLike) -> NDArray[np.complex128]:

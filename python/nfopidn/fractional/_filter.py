@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
 from nfopidn.fractional import _checks as checks
+from nfopidn.fractional._discretisation import rule_power, truncated_power
+from nfopidn.fractional._errors import operator_errors, warn_if_far, worded
 
 # Below these the filter's own steps are sooner done than SciPy's convolution by FFT.
 _SHORT_SIGNAL: Final = 20_000
@@ -43,11 +46,19 @@ class FractionalFilter:
         samples over which infinite memory is certified, 1000 to 10,000,000. It fades out beyond:
         ten times as far the sum of the weights of s^-0.9 is off by 1e-6, a hundred times by 0.1. A
         finite memory is good to its end
+    check_band
+        (low, high) [rad/s], up to pi/dt, where it is to be s^order; None: it is not looked at, and
+        `errors` tells
 
     Raises
     ------
     ValueError
         Names the argument, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        If over `check_band` the filter is not s^order: off by a fifth or by 10 degrees.
 
     Examples
     --------
@@ -64,6 +75,7 @@ class FractionalFilter:
         *,
         prewarp: float | None = None,
         horizon: int = 1_000_000,
+        check_band: Sequence[float] | None = None,
     ) -> None:
         self._order = checks.order("order", order)
         self._dt = checks.sample_time(dt)
@@ -85,6 +97,10 @@ class FractionalFilter:
             self._memory,
             self._horizon,
         )
+        if check_band is not None:
+            edges = checks.band(check_band, self._dt, "check_band")
+            errors = operator_errors(self.response, self._order, edges)
+            warn_if_far(self._described(), self._order, edges, errors, 2)
 
     @property
     def order(self) -> float:
@@ -113,12 +129,79 @@ class FractionalFilter:
 
     @property
     def certificate(self) -> float:
-        """Sum of the impulse response's errors over the sum of its sizes (both without the gain).
+        """How well the modes make the rule's own kernel; not how near that is to s^order.
+
+        The sum of the impulse response's errors, against the rule's weights, over the sum of the
+        weights' sizes. Of a rule that rings or a memory too short for s^order it is small, too:
+        `errors` tells how far from s^order the filter is.
 
         Up to the memory, or the horizon of an infinite one: computed when first asked for, against
         the weights' recursion in long double, which takes about 0.2 s for a million.
         """
         return float(self._filter.certificate)
+
+    def response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return the frequency response of the rule's kernel, of infinite memory in closed form.
+
+        Parameters
+        ----------
+        frequency
+            [rad/s], any shape
+
+        Returns
+        -------
+        array
+            complex, of the same shape; infinite at a pole, as 0 is of an integral
+
+        Raises
+        ------
+        ValueError
+            For frequencies that are no finite numbers.
+        """
+        angle = checks.frequency(frequency) * self._dt
+        rest = self._filter.rest
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if math.isinf(self._memory):
+                result = rule_power(self._method, self._order, angle)
+            else:
+                memory = 0 if rest == 0 else int(self._memory)
+                result = truncated_power(self._method, rest, angle, memory)
+                result = result * rule_power(self._method, self._order - rest, angle)
+        finite = np.isfinite(result)
+        gain = self._filter.gain
+        return np.asarray(np.where(finite, np.where(finite, result, 0) * gain, np.inf))
+
+    def errors(self, band: Sequence[float] | None = None) -> tuple[float, float]:
+        """Return the worst errors against (j omega)^order.
+
+        Parameters
+        ----------
+        band
+            (low, high) [rad/s], up to pi/dt; None: the decade that ends at a tenth of it
+
+        Returns
+        -------
+        magnitude, phase
+            largest |magnitude ratio - 1| [-] and largest phase difference [degree]
+
+        Raises
+        ------
+        ValueError
+            For a band that does not rise or ends above Nyquist's frequency.
+
+        Warns
+        -----
+        UserWarning
+            If over a band that is given the filter is not s^order: off by a fifth or by 10 degrees.
+        """
+        edges = checks.band(band, self._dt)
+        found = operator_errors(self.response, self._order, edges)
+        if band is not None:
+            warn_if_far(self._described(), self._order, edges, found, 2)
+        return found
+
+    def _described(self) -> str:
+        return f"{self._method} with a memory of {self._memory:g}"
 
     def step(self, sample: float) -> float:
         """Return the next output.
@@ -185,6 +268,15 @@ class FractionalFilter:
         return twin
 
     __copy__ = copy
+
+    def __str__(self) -> str:
+        """Tell what the certificate holds for, and how far from s^order the filter is."""
+        low, high = checks.band(None, self._dt)
+        reach = self._horizon if math.isinf(self._memory) else int(self._memory)
+        return (
+            f"{self!r}: the rule's kernel to {self.certificate:.2g} over {reach} samples; as "
+            f"s^{self._order:g}, from {low:.3g} to {high:.3g} rad/s, {worded(self.errors())}"
+        )
 
     def __repr__(self) -> str:
         memory = "inf" if math.isinf(self._memory) else str(self._memory)

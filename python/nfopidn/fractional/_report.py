@@ -11,7 +11,8 @@ import numpy as np
 from nfopidn._checks import no_rival
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
-from nfopidn.fractional._discretisation import rule_power, truncated_power, worst_errors
+from nfopidn.fractional._discretisation import rule_power, truncated_power
+from nfopidn.fractional._errors import verdict, warn_if_far, worded, worst_errors
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,11 @@ class TruncationReport:
             f"{low:.3g} to {high:.3g} rad/s ({_samples(self)}):"
         ]
         for error in self.errors:
+            sizes = (error.magnitude, error.phase)
             channel = "" if error.channel == "all" else f"channel {error.channel}, "
             lines.append(
-                f"  {channel}{error.operator} ({error.order:+.4g}): magnitude off by up to "
-                f"{100 * error.magnitude:.3g} %, phase by {error.phase:.3g} degrees; "
-                f"{_verdict(error)}"
+                f"  {channel}{error.operator} ({error.order:+.4g}): {worded(sizes)}; "
+                f"{verdict(sizes)}"
             )
         return "\n".join(lines)
 
@@ -78,14 +79,6 @@ class TruncationReport:
 def _samples(report: TruncationReport) -> str:
     turns = 2 * math.pi / report.dt / np.array(report.band[::-1])
     return f"{turns[0]:.3g} to {turns[1]:.3g} samples a period"
-
-
-def _verdict(error: OperatorError) -> str:
-    if error.magnitude < 0.01 and error.phase < 1:
-        return "a fractional operator"
-    if error.magnitude < 0.2 and error.phase < 10:
-        return "roughly a fractional operator"
-    return "not the fractional operator it is named after"
 
 
 def truncation_report(
@@ -115,6 +108,11 @@ def truncation_report(
     ------
     ValueError
         Names the argument, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        If over a band that is given an operator is off by a fifth or by 10 degrees.
     """
     controller = no_rival(controller)
     if controller.alpha is None or controller.sigma is None:
@@ -143,5 +141,9 @@ def truncation_report(
                 # Not discretise(), which has whole orders exactly: the controller truncates them.
                 power = truncated_power(rule, series, omega * dt, memory)
             ratio = scale**series * power * whole / (1j * omega) ** order
-            entries.append(OperatorError(channel, operator, order, *worst_errors(ratio)))
+            sizes = worst_errors(ratio)
+            entries.append(OperatorError(channel, operator, order, *sizes))
+            if band is not None:
+                named = operator if channel == "all" else f"{operator} of channel {channel}"
+                warn_if_far(f"the controller's {named}", order, edges, sizes, 2)
     return TruncationReport(memory, controller.generator, dt, edges, tuple(entries))
