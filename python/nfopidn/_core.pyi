@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 __version__: str
 START_SHARE: float
+METHODS: dict[str, int]
+UNLIMITED: int
 FREE_TAP_LATERALS: tuple[str, ...]
 LEAST_SPEED_SCALE: float
 

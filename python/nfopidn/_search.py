@@ -24,10 +24,10 @@ from nfopidn._progress import Report, progress
 Array = NDArray[np.float64]
 Callback = Callable[["OptimizeResult"], object]
 
-METHODS = ("bfoa+", "bfoa")
+METHODS: tuple[str, ...] = tuple(_core.METHODS)
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
-DEFAULT_EVALUATIONS = 10_000
-UNLIMITED = 2**62
+DEFAULT_EVALUATIONS = _core.METHODS[METHODS[0]]
+UNLIMITED = _core.UNLIMITED
 FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
 #: Those of its stages by what the lateral channel is fed; the last has the search's own name.
 LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
@@ -50,8 +50,8 @@ class OptimizeResult(dict[str, Any]):
     """The result of a search: SciPy's fields, as attributes and as keys.
 
     x (p,), fun, nfev, nit, success, status, message, population (S, p), population_energies (S,),
-    history (a structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed,
-    elapsed [s].
+    history (a structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step; with
+    "cma" a row a generation, j, of restart l), seed, elapsed [s].
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -144,7 +144,7 @@ def check_settings(
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
-        maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
+        maxfev = _core.METHODS[method]
     elif not is_number(maxfev) or not 1 <= maxfev < UNLIMITED or int(maxfev) != maxfev:
         raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62)")
     if maxtime is not None and not (is_number(maxtime) and maxtime > 0):
@@ -328,7 +328,7 @@ def bfoa(
     checkpoint: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> OptimizeResult:
-    """Minimise a function within bounds by bacterial foraging.
+    """Minimise a function within bounds by bacterial foraging, or by CMA-ES.
 
     Parameters
     ----------
@@ -338,16 +338,17 @@ def bfoa(
     bounds
         (p, 2): low and high of each coordinate.
     method
-        "bfoa+", the improved variant, or "bfoa", Passino's algorithm.
+        "bfoa+", the improved variant, "bfoa", Passino's algorithm, or "cma", CMA-ES.
     options
         Settings of the method; docs/tuning.md lists them.
     rng
         A seed, a numpy.random.Generator, or None to draw a seed, which the result records.
     maxfev, maxtime, stopval
-        End at this many evaluations (default 10,000 for "bfoa+", one schedule for "bfoa"), after
-        this time [s], or at this cost.
+        End at this many evaluations (default 10,000 for "bfoa+" and "cma", one schedule for
+        "bfoa"), after this time [s], or at this cost.
     callback
-        Called with the result so far after each chemotactic step; may raise StopIteration.
+        Called with the result so far after each chemotactic step or generation; may raise
+        StopIteration.
     vectorized
         Whether func takes a block of points.
     workers

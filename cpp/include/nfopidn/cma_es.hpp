@@ -16,6 +16,10 @@ namespace nfopidn {
 
 class CmaEs {
  public:
+  using Options = CmaEsOptions;
+  static constexpr const char* name = "cma";
+  static constexpr std::int64_t default_budget = 10000;
+
   CmaEs(Search& search, const CmaEsOptions& options) : search_(search), options_(options) {}
 
   void run() {
@@ -69,6 +73,10 @@ class CmaEs {
     for (Eigen::Index k = 0; k < count; ++k) {
       normal.sample(search_.random, drawn_.col(k).data());
       for (Eigen::Index i = 0; i < n; ++i) places_(i, k) = mirrored(drawn_(i, k));
+    }
+    // What is known to be good is tried itself, so that the result is no worse.
+    if (restart_ == 0 && generation == 0 && search_.start.size() != 0) {
+      drawn_.col(0) = places_.col(0) = normal.mean();
     }
     const std::int64_t before = search_.result.evaluations;
     search_.evaluate(places_, costs_);

@@ -36,5 +36,6 @@ inline Finding check_options(const CmaEsOptions& options) {
   if (finding.status != Status::ok || options.population != 1) return finding;
   return {Status::inconsistent, "population", 1, between(0, 1e6)};
 }
+inline const char* rule_of(const CmaEsOptions& /*options*/) { return "0 or at least 2"; }
 
 }  // namespace nfopidn
