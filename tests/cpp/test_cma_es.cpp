@@ -176,7 +176,8 @@ struct PlainUpdate {
     c = (1 + k.rank_one_rate * delta - k.rank_one_rate - k.rank_mu_rate * k.weights.sum()) * c +
         k.rank_one_rate * p_c * p_c.transpose() +
         k.rank_mu_rate * y * w.asDiagonal() * y.transpose();
-    sigma *= std::exp(k.path_rate / damping(k, n) * (p_sigma.norm() / chi - 1));
+    // Not by more than e, which the tutorial leaves open.
+    sigma *= std::exp(std::min(1.0, k.path_rate / damping(k, n) * (p_sigma.norm() / chi - 1)));
   }
   static double damping(const CmaConstants& k, double n) {
     const double c_sigma = (k.effective_parents + 2) / (n + k.effective_parents + 5);
@@ -186,43 +187,53 @@ struct PlainUpdate {
   int stalls = 0;
 };
 
+// Points drawn from the distribution, stretched so that the paths are long or short, and ranked by
+// a slope or a bowl.
+void expect_plain_updates(Eigen::Index population, std::uint64_t seed, PlainUpdate& plain) {
+  const Eigen::Index n = plain.m.size();
+  const CmaConstants constants(n, population);
+  Random random(seed);
+  AdaptedNormal normal(constants, plain.m, plain.sigma);
+  const double stretch = random.uniform(0.5, 3);
+  for (int generation = 0; generation < 8; ++generation) {
+    Points points(n, population);
+    std::vector<std::pair<double, Eigen::Index>> costs;
+    for (Eigen::Index k = 0; k < population; ++k) {
+      normal.sample(random, points.col(k).data());
+      points.col(k) = normal.mean() + stretch * (points.col(k) - normal.mean());
+      costs.emplace_back(generation < 5 ? points(0, k) : points.col(k).squaredNorm(), k);
+    }
+    std::sort(costs.begin(), costs.end());
+    std::vector<Eigen::Index> order;
+    Points ranked(n, population);
+    for (const auto& [cost, k] : costs) {
+      ranked.col(static_cast<Eigen::Index>(order.size())) = points.col(k);
+      order.push_back(k);
+    }
+    normal.learn(points, order);
+    plain.learn(constants, ranked);
+    const double size = plain.c.norm();
+    ASSERT_LT((normal.mean() - plain.m).norm(), 1e-12 * (1 + plain.m.norm()));
+    ASSERT_NEAR(normal.step(), plain.sigma, 1e-11 * plain.sigma);
+    ASSERT_LT((normal.covariance() - plain.c).norm(), 1e-11 * size);
+    ASSERT_LT((normal.path() - plain.p_sigma).norm(), 1e-10);
+    ASSERT_LT((normal.shape_path() - plain.p_c).norm(), 1e-10);
+    const Eigen::MatrixXd root = normal.axes() * normal.lengths().asDiagonal();
+    ASSERT_LT((root * root.transpose() - plain.c).norm(), 1e-11 * size);
+  }
+}
+
 TEST(AdaptedNormal, LearnsByTheTutorialsEquations) {
   int stalls = 0, steps = 0;
-  for (const Eigen::Index population : {7, 40}) {
-    const Eigen::Index n = 3;
-    const CmaConstants constants(n, population);
-    Random random(8);
-    PlainUpdate plain = {Point::Constant(n, 0.4), 0.3, Eigen::MatrixXd::Identity(n, n),
-                         Point::Zero(n), Point::Zero(n)};
-    AdaptedNormal normal(constants, plain.m, plain.sigma);
-    for (int generation = 0; generation < 12; ++generation) {
-      Points points(n, population);
-      std::vector<std::pair<double, Eigen::Index>> costs;
-      for (Eigen::Index k = 0; k < population; ++k) {
-        normal.sample(random, points.col(k).data());
-        // Downhill, so that the path gets long; then in a bowl.
-        const double far = generation < 6 ? points(0, k) : points.col(k).squaredNorm();
-        costs.emplace_back(far, k);
-      }
-      std::sort(costs.begin(), costs.end());
-      std::vector<Eigen::Index> order;
-      Points ranked(n, population);
-      for (const auto& [cost, k] : costs) {
-        ranked.col(static_cast<Eigen::Index>(order.size())) = points.col(k);
-        order.push_back(k);
-      }
-      normal.learn(points, order);
-      plain.learn(constants, ranked);
-      ++steps;
-      EXPECT_LT((normal.mean() - plain.m).norm(), 1e-12);
-      EXPECT_NEAR(normal.step(), plain.sigma, 1e-12 * plain.sigma);
-      EXPECT_LT((normal.covariance() - plain.c).norm(), 1e-12 * plain.c.norm());
-      EXPECT_LT((normal.path() - plain.p_sigma).norm(), 1e-11);
-      EXPECT_LT((normal.shape_path() - plain.p_c).norm(), 1e-11);
-      const Eigen::MatrixXd root = normal.axes() * normal.lengths().asDiagonal();
-      EXPECT_LT((root * root.transpose() - plain.c).norm(), 1e-12 * plain.c.norm());
+  for (const Eigen::Index population : {7, 20, 40}) {
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const Eigen::Index n = 3;
+      PlainUpdate plain = {Point::Constant(n, 0.4), 0.3, Eigen::MatrixXd::Identity(n, n),
+                           Point::Zero(n), Point::Zero(n)};
+      expect_plain_updates(population, seed, plain);
+      stalls += plain.stalls;
+      steps += plain.g;
     }
-    stalls += plain.stalls;
   }
   EXPECT_GT(stalls, 0);  // h_sigma has had both values
   EXPECT_LT(stalls, steps);
@@ -409,6 +420,61 @@ TEST(CmaEs, RestartsWithALargerPopulation) {
     EXPECT_EQ(population[1], 32);
     EXPECT_EQ(population[2], 128);
   }
+}
+
+// Where costs are chance, nothing gets better.
+TEST(CmaEs, RestartsWhereNothingImproves) {
+  class Noise : public Ellipsoid {
+   public:
+    double cost_of(const Point& x) const override {
+      Random random(kernel::bit_cast<std::uint64_t>(x(0)));
+      return 1 + random.uniform();
+    }
+  } noise;
+  const SearchResult result = minimise(noise, evaluations(3000));
+  EXPECT_GE(result.history.back().dispersal, 1);
+}
+
+// Where the squares of the axes differ by more than 1e14, rounding spoils the smaller ones.
+TEST(CmaEs, RestartsWhereTheAxesAreTooUnlike) {
+  class Needle : public Ellipsoid {
+   public:
+    double cost_of(const Point& x) const override {
+      return 1e16 * (x(0) - 0.3) * (x(0) - 0.3) + (x(1) - 0.3) * (x(1) - 0.3);
+    }
+  } needle;
+  CmaEsOptions options;
+  options.tolerance = 0;
+  const SearchResult result = minimise(needle, evaluations(20000), options, 2);
+  double last_step = 0;
+  for (const HistoryRow& row : result.history) {
+    if (row.dispersal == 0) last_step = row.step;
+  }
+  EXPECT_GE(result.history.back().dispersal, 1);
+  EXPECT_GT(last_step, 1e-6);  // not because it has become too fine
+}
+
+// Beyond, a cost would be all rounding.
+TEST(CmaEs, RestartsWhereStepsAreTooFine) {
+  Ellipsoid bowl;
+  CmaEsOptions options;
+  options.tolerance = 0;
+  const SearchResult result = minimise(bowl, evaluations(20000), options);
+  EXPECT_GE(result.history.back().dispersal, 1);
+  for (const HistoryRow& row : result.history) EXPECT_GT(row.step, 1e-13);
+}
+
+// A start that is the worst point of all has no direction to learn from.
+TEST(CmaEs, LeavesABadStart) {
+  class Hill : public Ellipsoid {
+   public:
+    double cost_of(const Point& x) const override { return -(x.array() - 1.25).abs().sum(); }
+  } hill;
+  Search search(hill, box(5), evaluations(800), 3);
+  search.start = Point::Constant(5, 1.25);
+  CmaEs(search, {}).run();
+  EXPECT_EQ(search.result.history[10].dispersal, 0);
+  EXPECT_LT(search.result.cost, -9);
 }
 
 TEST(CmaEs, StopsAtNaN) {

@@ -214,7 +214,7 @@ def test_bad_arguments_are_refused(arguments, parts):
         ("bfoa+", {"finishers": 0}, ["finishers is 0"]),
         ("bfoa+", {"swims": 4}, ["swims", "known: cells, "]),
         ("cma", {"population": 1}, ["population is 1", "0 or at least 2"]),
-        ("cma", {"population": -1}, ["population is -1", "[0, 1000000]"]),
+        ("cma", {"population": -1}, ["population is -1", "[0, 1e+06]"]),
         ("cma", {"step": 0}, ["step is 0", "[1e-09, 10]"]),
         ("cma", {"start_step": 11}, ["start_step is 11"]),
         ("cma", {"growth": 0.5}, ["growth is 0.5", "[1, 100]"]),

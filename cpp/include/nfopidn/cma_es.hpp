@@ -67,10 +67,9 @@ class CmaEs {
   // Draws and evaluates a generation and ranks it; false if the search ends within it.
   bool evaluate_generation(AdaptedNormal& normal, Eigen::Index population, int generation) {
     const Eigen::Index n = search_.dimension();
-    const Eigen::Index count = std::min<Eigen::Index>(population, search_.left());
-    drawn_.resize(n, count);
-    places_.resize(n, count);
-    for (Eigen::Index k = 0; k < count; ++k) {
+    drawn_.resize(n, population);
+    places_.resize(n, population);
+    for (Eigen::Index k = 0; k < population; ++k) {
       normal.sample(search_.random, drawn_.col(k).data());
       for (Eigen::Index i = 0; i < n; ++i) places_(i, k) = mirrored(drawn_(i, k));
     }
@@ -80,9 +79,9 @@ class CmaEs {
     }
     const std::int64_t before = search_.result.evaluations;
     search_.evaluate(places_, costs_);
-    note(normal, search_.result.evaluations - before, generation);
     search_.spend();
-    if (count < population || search_.done()) return false;
+    note(normal, search_.result.evaluations - before, generation);
+    if (search_.done()) return false;
     order_ = ranking(costs_);
     best_costs_.push_back(costs_(order_.front()));
     median_costs_.push_back(costs_(order_[order_.size() / 2]));

@@ -1,7 +1,7 @@
 """CMA-ES beside pycma and bfoa+, at the same number of evaluations.
 
-    python bench/cma.py                             the analytic test functions
-    python bench/cma.py --structures                and the tuning problems of bench/optimisers.py
+    python bench/cma_es.py                   the analytic test functions
+    python bench/cma_es.py --structures      and the tuning problems of bench/optimisers.py
 
 Exit code 1 where a bar is missed: on the functions the medians must lie within ten times pycma's,
 where costs under 1e-10 count as 1e-10, and Rastrigin's function must be solved as often. pycma is
