@@ -7,7 +7,7 @@ namespace nfopidn::test {
 namespace {
 
 using Wide = Lanes<2, 2>;
-using M = math<Wide>;
+using WideMath = math<Wide>;
 
 struct Nets {
   Wide x, y, theta;
@@ -33,9 +33,9 @@ std::vector<double> numbers(double most, int count) {
 
 TEST(Lanes, NeuronsAreThoseOfLongDouble) {
   for (const double net : numbers(100, 20000)) {
-    Nets nets = {Wide(net * M::net_scale), Wide(-net * M::net_scale),
-                 Wide(net * 0.5 * M::net_scale)};
-    M::sigmoids(nets);
+    Nets nets = {Wide(net * WideMath::net_scale), Wide(-net * WideMath::net_scale),
+                 Wide(net * 0.5 * WideMath::net_scale)};
+    WideMath::sigmoids(nets);
     const double expected = neuron(net);
     ASSERT_NEAR(nets.x.get(0), expected, 2e-15 * std::fabs(expected)) << net;
     ASSERT_EQ(nets.y.get(3), -nets.x.get(0)) << net;
@@ -46,11 +46,11 @@ TEST(Lanes, NeuronsAreThoseOfLongDouble) {
 TEST(Lanes, NeuronsDoNotDependOnTheirNeighbours) {
   for (const double net : numbers(4, 2000)) {
     Nets alone = {Wide(net), Wide(net), Wide(net)};
-    M::sigmoids(alone);
+    WideMath::sigmoids(alone);
     for (const double beside : {0.001, 0.3, 50.0}) {
       Nets nets = {Wide(beside), Wide(beside), Wide(beside)};
       for (Wide* channel : {&nets.x, &nets.y, &nets.theta}) channel->set(1, net);
-      M::sigmoids(nets);
+      WideMath::sigmoids(nets);
       ASSERT_EQ(nets.x.get(1), alone.x.get(1)) << net << " beside " << beside;
       ASSERT_EQ(nets.y.get(1), alone.y.get(1)) << net << " beside " << beside;
       ASSERT_EQ(nets.theta.get(1), alone.theta.get(1)) << net << " beside " << beside;
@@ -65,12 +65,13 @@ TEST(Lanes, HeadingBesideAKnownOne) {
     const double range = i % 3 == 0 ? 0.4 : (i % 3 == 1 ? 4 : 20);
     const double between = random.uniform(-range, range);
     Wide difference(between);
-    const Heading<Wide> heading = M::heading_beside(math<double>::heading(first), difference);
+    const Heading<Wide> heading =
+        WideMath::heading_beside(math<double>::heading(first), difference);
     const long double angle = static_cast<long double>(first) - between;
     ASSERT_NEAR(heading.cosine.get(0), cosine(angle), 2e-15) << first << " " << between;
     ASSERT_NEAR(heading.sine.get(3), sine(angle), 2e-15) << first << " " << between;
-    ASSERT_LE(std::fabs(difference.get(1)), M::pi * (1 + 1e-15));
-    const double turns = (between - difference.get(1)) / (2 * M::pi);
+    ASSERT_LE(std::fabs(difference.get(1)), WideMath::pi * (1 + 1e-15));
+    const double turns = (between - difference.get(1)) / (2 * WideMath::pi);
     ASSERT_NEAR(turns, std::round(turns), 1e-14);
   }
 }
@@ -79,11 +80,11 @@ TEST(Lanes, HeadingDoesNotDependOnItsNeighbours) {
   const Heading<double> first = math<double>::heading(1.25);
   for (const double between : {0.0, 0.1, 0.3124, 0.3126, -0.3126, 3.1, 7.0}) {
     Wide alone(between);
-    const Heading<Wide> expected = M::heading_beside(first, alone);
+    const Heading<Wide> expected = WideMath::heading_beside(first, alone);
     for (const double other : {0.01, 2.0}) {
       Wide difference(other);
       difference.set(2, between);
-      const Heading<Wide> heading = M::heading_beside(first, difference);
+      const Heading<Wide> heading = WideMath::heading_beside(first, difference);
       EXPECT_EQ(heading.cosine.get(2), expected.cosine.get(2)) << between << " " << other;
       EXPECT_EQ(heading.sine.get(2), expected.sine.get(2)) << between << " " << other;
       EXPECT_EQ(difference.get(2), alone.get(2)) << between << " " << other;
@@ -127,10 +128,10 @@ TEST(Lanes, TorquesAreLimitedAsThoseOfSingleNumbers) {
 
 TEST(Lanes, HeadingsAndWrapsOfAnyAngle) {
   for (double angle = -30; angle < 30; angle += 0.0137) {
-    const Heading<Wide> heading = M::heading(Wide(angle));
+    const Heading<Wide> heading = WideMath::heading(Wide(angle));
     EXPECT_NEAR(heading.cosine.get(1), cosine(angle), 2e-15);
     EXPECT_NEAR(heading.sine.get(2), sine(angle), 2e-15);
-    EXPECT_NEAR(M::wrap(Wide(angle)).get(0), math<double>::wrap(angle), 1e-14) << angle;
+    EXPECT_NEAR(WideMath::wrap(Wide(angle)).get(0), math<double>::wrap(angle), 1e-14) << angle;
   }
 }
 
