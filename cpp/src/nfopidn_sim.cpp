@@ -6,6 +6,7 @@
 #include <iostream>
 #include <optional>
 
+#include "nfopidn/io/json_method.hpp"
 #include "nfopidn/io/options.hpp"
 #include "nfopidn/tune.hpp"
 
@@ -21,7 +22,9 @@ constexpr int exit_interrupted = 130;
 struct Arguments {
   Words trajectory, robot, scenario, controller;
   std::string scenario_file, controller_file, out, save_scenario, save_controller, structure;
-  std::int64_t maxfev = 10000;
+  std::string method = name_of({});
+  std::vector<std::string> options;  // of the method, NAME=NUMBER
+  std::optional<std::int64_t> maxfev;
   std::uint64_t tune_seed = 0;
   bool closed = false;  // the path of --traj FILE ends where it began
   bool tune = false;
@@ -95,6 +98,19 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
   });
 }
 
+// "how it is searched: bfoa+ (10000 evaluations), bfoa (one schedule), ..."
+std::string methods_text() {
+  std::string text;
+  for_each_method([&](auto* method) {
+    using Method = MethodOf<decltype(method)>;
+    text += (text.empty() ? "how it is searched: " : ", ") + std::string(Method::name) +
+            (Method::default_budget == unlimited_budget
+                 ? std::string(" (one schedule)")
+                 : " (" + std::to_string(Method::default_budget) + " evaluations)");
+  });
+  return text + "; default " + name_of({});
+}
+
 void add_file(CLI::App& app, const std::string& option, std::string& path,
               const std::string& text) {
   app.add_option(option, path, text)->type_name("FILE")->check([](const std::string& name) {
@@ -123,7 +139,7 @@ void declare(CLI::App& app, Arguments& arguments) {
   add_file(app, "--save-scenario", arguments.save_scenario, "write the scenario here (JSON)");
   add_file(app, "--save-controller", arguments.save_controller, "write the controller here (JSON)");
   app.add_flag("--tune", arguments.tune,
-               "search for the gains and orders of least cost (bfoa+) and run those")
+               "search for the gains and orders of least cost and run those")
       ->disable_flag_override()
       ->group("Tuning");
   app.add_option("--structure", arguments.structure,
@@ -131,7 +147,16 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->needs("--tune")
       ->group("Tuning")
       ->type_name("NAME");
-  app.add_option("--maxfev", arguments.maxfev, "evaluations of the cost (default 10000)")
+  app.add_option("--method", arguments.method, methods_text())
+      ->needs("--tune")
+      ->group("Tuning")
+      ->type_name("NAME");
+  app.add_option("--option", arguments.options, "option of the method; may be given several times")
+      ->needs("--tune")
+      ->group("Tuning")
+      ->type_name("NAME=NUMBER")
+      ->allow_extra_args(false);
+  app.add_option("--maxfev", arguments.maxfev, "evaluations of the cost; default: the method's")
       ->needs("--tune")
       ->group("Tuning")
       ->type_name("N")
@@ -375,6 +400,20 @@ Outcome check_start(const Arguments& arguments, const ControllerDesign& design) 
   return {};
 }
 
+Outcome read_method(const Arguments& arguments, MethodOptions& method) {
+  Json options = Json::object();
+  for (const std::string& option : arguments.options) {
+    const std::size_t end = option.find('=');
+    const std::string name = option.substr(0, end);
+    if (end == std::string::npos || name.empty()) {
+      return refuse(Status::inconsistent, "--option", option, "NAME=NUMBER");
+    }
+    if (options.contains(name)) return {Status::inconsistent, "--option: " + name + " twice"};
+    options[name] = words::number_or_text(std::string_view(option).substr(end + 1));
+  }
+  return nfopidn::read_method(arguments.method, options, method);
+}
+
 // While this is there, Ctrl-C and SIGTERM ask a search to stop; a second of either ends the
 // program. One that is ignored, as a shell's background jobs ignore Ctrl-C, stays so.
 class StopRequests {
@@ -412,12 +451,14 @@ class StopRequests {
 
 // Searches from the design, if a file gave one; shows its progress in a terminal. False if nothing
 // was found before an interruption.
-bool tune_design(const Arguments& arguments, const Scenario& scenario, ControllerDesign& design) {
+bool tune_design(const Arguments& arguments, const MethodOptions& method, const Scenario& scenario,
+                 ControllerDesign& design) {
   const Structure structure = structure_to_tune(arguments, design);
   TuningTask task;
   task.scenarios = {&scenario};
   task.structure = structure;
-  task.evaluations = arguments.maxfev;
+  task.method = method;
+  task.evaluations = arguments.maxfev.value_or(default_budget(method));
   task.seed = arguments.tune_seed;
   if (!arguments.controller_file.empty()) task.start = parameters_of(structure.parameters, design);
   const bool shown = !arguments.quiet && ::isatty(STDERR_FILENO) != 0;
@@ -560,6 +601,8 @@ int run(const Arguments& arguments) {
   if (arguments.tune && !arguments.controller_file.empty()) {
     if (Outcome outcome = check_start(arguments, design); !outcome) return fail(outcome);
   }
+  MethodOptions method;
+  if (Outcome outcome = read_method(arguments, method); !outcome) return fail(outcome);
   std::optional<StopRequests> requests;
   if (arguments.tune) requests.emplace();
   // Whether the files can be written shows before the run, not after.
@@ -572,7 +615,7 @@ int run(const Arguments& arguments) {
       std::cerr << "nfopidn_sim: " << printable(note) << "\n";
     }
   }
-  if (arguments.tune && !tune_design(arguments, scenario, design)) return exit_interrupted;
+  if (arguments.tune && !tune_design(arguments, method, scenario, design)) return exit_interrupted;
   requests.reset();
   const SimulationResult result = simulate(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 __version__: str
 START_SHARE: float
+METHODS: dict[str, int]
+UNLIMITED: int
 FREE_TAP_LATERALS: tuple[str, ...]
 LEAST_SPEED_SCALE: float
 
@@ -453,6 +455,8 @@ class Controller:
     @property
     def lateral_power(self) -> float: ...
     def sample_time(self) -> float | None: ...
+    @property
+    def uses_tracking_law(self) -> bool: ...
     @property
     def taps(self) -> _Array: ...
     def step(

@@ -24,10 +24,10 @@ Array = NDArray[np.float64]
 Callback = Callable[..., object]
 Result = TypeVar("Result", bound="OptimizeResult")
 
-METHODS = ("bfoa+", "bfoa")
+METHODS: tuple[str, ...] = tuple(_core.METHODS)
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
-DEFAULT_EVALUATIONS = 10_000
-UNLIMITED = 2**62
+DEFAULT_EVALUATIONS = _core.METHODS[METHODS[0]]
+UNLIMITED = _core.UNLIMITED
 FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
 #: Those of its stages by what the lateral channel is fed; the last has the search's own name.
 LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
@@ -58,7 +58,8 @@ class OptimizeResult(dict[str, Any]):
 
     x (p,), fun, nfev, nit, success, status, message, population (S, p), population_energies (S,),
     active_mask (p,) (-1 where x is at its lower bound, 1 at its upper one, else 0), history (a
-    structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step), seed, elapsed [s].
+    structured array, a row a chemotactic step: l, k, j, nfev, best, mean, step; with "cma" a row a
+    generation, j, of restart l), seed, elapsed [s].
     """
 
     def __getattr__(self, name: str) -> Any:
@@ -185,7 +186,7 @@ def check_settings(
     if not isinstance(method, str) or method not in METHODS:
         raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
     if maxfev is None:
-        maxfev = DEFAULT_EVALUATIONS if method == "bfoa+" else UNLIMITED
+        maxfev = _core.METHODS[method]
     elif not is_number(maxfev) or not 1 <= maxfev < UNLIMITED or int(maxfev) != maxfev:
         raise ValueError(f"maxfev is {maxfev}; must be a whole number in [1, 2**62)")
     if maxtime is not None and not (is_number(maxtime) and maxtime > 0):

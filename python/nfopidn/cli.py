@@ -25,7 +25,7 @@ from nfopidn._files import (
 from nfopidn._interrupt import EXIT_INTERRUPTED, heeded_signals
 from nfopidn._progress import shows_progress
 from nfopidn._report.command import add_report
-from nfopidn._search import FIRST_STAGE, LATERAL_STAGES, MESSAGES
+from nfopidn._search import FIRST_STAGE, LATERAL_STAGES, MESSAGES, METHODS
 from nfopidn.study._command import add_study
 
 EXIT_BAD_INPUT = 2
@@ -158,7 +158,7 @@ def _add_tune(commands: Any) -> None:
         + ", ".join(nfopidn.Rival.laws())
         + " (%(default)s)",
     )
-    add("--method", default="bfoa+", help="bfoa+ or bfoa (%(default)s)")
+    add("--method", default=METHODS[0], help=f"one of {', '.join(METHODS)} (%(default)s)")
     add("--option", action="append", default=[], metavar="NAME=NUMBER", help="of the method")
     add("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="of a parameter")
     add("--freeze", action="append", default=[], metavar="NAME=NUMBER", help="keep a parameter")
@@ -171,7 +171,7 @@ def _add_tune(commands: Any) -> None:
         help="share of the worst scenarios that counts (%(default)s: all)",
     )
     add("--seed", type=int, help="default: drawn, and printed")
-    add("--maxfev", type=int, help="evaluations (10000 for bfoa+, one schedule for bfoa)")
+    add("--maxfev", type=int, help="evaluations (10000 for bfoa+ and cma, one schedule for bfoa)")
     add("--maxtime", type=float, help="most time [s]")
     add("--stopval", type=float, help="end at this cost")
     add("--workers", type=int, default=1, help="threads (%(default)s)")

@@ -10,6 +10,9 @@ void for_each_number(Value& value, const Use& use) {
     for (auto& element : value) for_each_number(element, use);
   } else if constexpr (std::is_same_v<Value, Memory>) {
     use(value.samples);
+  } else if constexpr (std::is_same_v<Value, SampleTime<double>> ||
+                       std::is_same_v<Value, SampleTime<float>>) {
+    use(value.seconds);
   } else if constexpr (std::is_class_v<Value>) {
     for_each_number(value.matrix, use);
   } else if constexpr (std::is_arithmetic_v<Value>) {
@@ -41,6 +44,21 @@ class Configure : public ::testing::Test {
     settings.form = Form::incremental;
     return settings;
   }
+  // Settings that every number of the tracking law may be turned in.
+  static Settings tracking() {
+    Settings settings;
+    for (auto& row : settings.gains) row[1] = row[2] = 0;
+    settings.allocation = Allocation<Scalar>::decoupled();
+    settings.net = Net::speed_errors;
+    return settings;
+  }
+  static bool belongs_to_tracking_law(const std::string& field) {
+    for (const char* start :
+         {"speed_gain", "speed_order", "amplitude", "pole", "integral", "lateral_"}) {
+      if (field.rfind(start, 0) == 0) return true;
+    }
+    return false;
+  }
   static Controlled running() {
     Controlled law;
     EXPECT_EQ(law.configure(incremental()), Status::ok);
@@ -65,7 +83,7 @@ class Configure : public ::testing::Test {
   template <class Replace, class Expect>
   static void replace_every_number(const Replace& replace, const Expect& expect) {
     Settings::fields([&](const auto& field) {
-      Settings settings;
+      Settings settings = belongs_to_tracking_law(field.name) ? tracking() : Settings{};
       for_each_number(settings.*field.member, [&](auto& number) {
         const auto before = number;
         if (replace(field, number)) expect(field.name, settings);
@@ -91,13 +109,15 @@ TYPED_TEST(Configure, RefusesWhatIsNotFinite) {
       ++tried;
     });
   }
-  EXPECT_EQ(tried, 3 * (9 + 3 + 3 + 6 + 1));  // gains, orders, allocation, speed scale
+  // Gains, orders, allocation, speed scale, sample time, the tracking law's.
+  EXPECT_EQ(tried, 3 * (9 + 3 + 3 + 6 + 1 + 1 + 16));
 }
 
 TYPED_TEST(Configure, RefusesWhatIsOutOfRange) {
   for (const bool high : {false, true}) {
     const auto replace = [&](const auto& field, auto& number) {
       using Number = std::decay_t<decltype(number)>;
+      if (high && std::isinf(field.range.high)) return false;
       const auto end = static_cast<Number>(high ? field.range.high : field.range.low);
       if constexpr (std::is_integral_v<Number>) {
         number = high ? end + 1 : end - 1;
@@ -115,8 +135,13 @@ TYPED_TEST(Configure, RefusesWhatIsOutOfRange) {
 TYPED_TEST(Configure, AcceptsTheEndsOfTheRanges) {
   for (const bool high : {false, true}) {
     const auto replace = [&](const auto& field, auto& number) {
+      if (high && std::isinf(field.range.high)) return false;
       number =
           static_cast<std::decay_t<decltype(number)>>(high ? field.range.high : field.range.low);
+      using Number = std::decay_t<decltype(number)>;
+      if constexpr (!std::is_integral_v<Number>) {  // an end that is no float is rounded inwards
+        if (!field.range.contains(number)) number = std::nextafter(number, Number(high ? -1 : 1));
+      }
       return true;
     };
     this->replace_every_number(replace, [&](const char* name, const auto& settings) {

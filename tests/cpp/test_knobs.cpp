@@ -58,7 +58,14 @@ void add_tracking_knobs(Knobs<Settings>& knobs) {
                          [=](Settings& s) { s.*member += 2 * change; }};
     knobs[name].given = track;
   };
-  knobs["net"].turns = all_choices(&Settings::net);
+  knobs["net"].turns = {[](Settings& s) { s.net = Net::whole; },
+                        [](Settings& s) {
+                          s.net = Net::speed_errors;
+                          s.speed_gain_x = 0.5;
+                        }};
+  knobs["net"].given = [](Settings& s) {
+    for (const int channel : {0, 2}) s.gains[channel][1] = s.gains[channel][2] = 0;
+  };
   add("speed_gain_x", &Settings::speed_gain_x, 0.5);
   add("speed_gain_theta", &Settings::speed_gain_theta, 0.2);
   add("speed_order_x", &Settings::speed_order_x, 0.1);

@@ -120,7 +120,8 @@ TEST(Schema, EveryChoiceHasItsWords) {
   expect_words(Form::incremental);
   expect_words(Activation::linear);
   expect_words(Frame::world);
-  expect_words(Lateral::speed);
+  expect_words(Lateral::scheduled);
+  expect_words(Net::speed_errors);
   expect_words(AntiWindup::clamp);
   expect_words(Integrator::exact);
   expect_words(Curve::samples);

@@ -99,7 +99,7 @@ def test_a_killed_search_goes_on_to_the_same_result(seed, path, tmp_path):
 
 
 @pytest.mark.parametrize("func", [bowl, cliff])
-@pytest.mark.parametrize("method", ["bfoa+", "bfoa"])
+@pytest.mark.parametrize("method", ["bfoa+", "bfoa", "cma"])
 def test_a_stopped_search_goes_on_without_asking_again(method, func, path):
     arguments = {"method": method, "checkpoint": path}
     first, second, whole = Counted(func), Counted(func), Counted(func)
@@ -145,7 +145,7 @@ def test_no_seed_is_the_checkpoint_s(rng, path):
     same(search(rng=None, checkpoint=path), search(rng=rng))
 
 
-@pytest.mark.parametrize("method", ["bfoa+", "bfoa"])
+@pytest.mark.parametrize("method", ["bfoa+", "bfoa", "cma"])
 def test_a_finished_search_gives_the_same_result_again(method, path):
     once = search(method=method, checkpoint=path)
     text = path.read_text()

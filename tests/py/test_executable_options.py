@@ -56,7 +56,8 @@ SETTINGS = {
 }
 FILES = {"--scenario", "--controller", "--closed"}
 OUTPUTS = {"--out", "--save-scenario", "--save-controller", "--json", "--quiet"}
-TUNING = {"--tune", "--structure", "--maxfev", "--tune-seed"}  # test_tuning_commands.py
+# test_tuning_commands.py
+TUNING = {"--tune", "--structure", "--method", "--option", "--maxfev", "--tune-seed"}
 PROGRAM = {"--help", "--version"}
 
 

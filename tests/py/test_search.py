@@ -22,7 +22,7 @@ from numpy.testing import assert_array_equal
 from refusal import refused
 from results import same, watcher
 
-METHODS = ("bfoa+", "bfoa")
+METHODS = ("bfoa+", "bfoa", "cma")
 BOX = [(-2.0, 3.0), (0.0, 1.0), (-5.0, -1.0)]
 CENTRE = np.array([0.5, 0.25, -4.0])
 SHORT = {"reproductions": 2, "dispersals": 2, "chemotactic_steps": 4}
@@ -77,7 +77,7 @@ def test_the_fields_of_a_result(method):
     result = search(func, method=method, maxfev=700)
     assert isinstance(result, OptimizeResult)
     assert isinstance(result, dict)
-    cells = _core.default_options(method)["blind_cells" if method == "bfoa+" else "cells"]
+    cells = {"bfoa+": 20, "bfoa": 10, "cma": 7}[method]
     assert result.x.shape == (3,)
     assert result.population.shape == (cells, 3)
     assert result.population_energies.shape == (cells,)
@@ -250,6 +250,13 @@ def test_bad_arguments_are_refused(arguments, parts):
         ("bfoa+", {"blind_foraging_share": 2}, ["blind_foraging_share is 2", "[0, 1]"]),
         ("bfoa+", {"finishers": 0}, ["finishers is 0"]),
         ("bfoa+", {"swims": 4}, ["swims", "known: cells, "]),
+        ("cma", {"population": 1}, ["population is 1", "0 or at least 2"]),
+        ("cma", {"population": -1}, ["population is -1", "[0, 1e+06]"]),
+        ("cma", {"step": 0}, ["step is 0", "[1e-09, 10]"]),
+        ("cma", {"start_step": 11}, ["start_step is 11"]),
+        ("cma", {"growth": 0.5}, ["growth is 0.5", "[1, 100]"]),
+        ("cma", {"tolerance": 2}, ["tolerance is 2", "[0, 1]"]),
+        ("cma", {"cells": 4}, ["cells", "known: population, "]),
     ],
 )
 def test_bad_options_are_refused(method, options, parts):
@@ -288,6 +295,12 @@ KNOBS = {
         "blind_foraging_share": (0.5, {}),
         "scan_points": (0, {}),
     },
+    "cma": {
+        "population": (12, {}),
+        "step": (0.2, {}),
+        "growth": (1.5, {"tolerance": 1e-3}),
+        "tolerance": (1e-3, {}),
+    },
 }
 
 
@@ -320,6 +333,7 @@ WITH_GRADIENTS = {
 
 def test_every_option_is_covered_here():
     assert set(_core.default_options("bfoa")) == set(KNOBS["bfoa"])
+    assert set(_core.default_options("cma")) == set(KNOBS["cma"]) | {"start_step"}
     assert set(_core.default_options("bfoa+")) == set(KNOBS["bfoa+"]) | set(WITH_GRADIENTS)
 
 

@@ -190,6 +190,19 @@ def test_passino_s_method_tunes_too(method):
     assert (result.method, result.options, result.population.shape) == (method, options, (8, 11))
 
 
+def test_cma_tunes_too():
+    result = short(method="cma", options={"population": 10}, maxfev=2000)
+    assert result.fun < 0.09
+    assert simulate(result.scenario, result.controller).cost == pytest.approx(result.fun, rel=1e-9)
+    assert (result.method, result.options) == ("cma", {"population": 10})
+    assert result.population.shape == (10, 11)
+    assert result.nit == 200
+    known = Controller.tuned_nominal()
+    best = simulate(result.scenario, known).cost
+    found = tune(structure="incremental", start=known, method="cma", rng=1, maxfev=12)
+    assert found.fun <= best * (1 + 1e-9)
+
+
 def test_one_schedule_of_passino_s_method():
     result = tune(method="bfoa", rng=1)
     assert result.message == "The schedule is complete."
@@ -929,7 +942,7 @@ def test_more_time_goes_on_with_free_taps(structure, tmp_path):
     assert common >= (len(first.history) // 2 if structure == "taps" else len(first.history) - 1)
 
 
-@pytest.mark.parametrize("method", ["bfoa", "bfoa+"])
+@pytest.mark.parametrize("method", ["bfoa", "bfoa+", "cma"])
 def test_free_taps_are_never_worse_than_the_gains_they_start_from(method):
     for seed in range(5):  # 3 ends above its start
         arguments = {"rng": seed, "maxfev": 100, "method": method}

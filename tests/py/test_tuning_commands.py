@@ -453,12 +453,69 @@ def test_the_executable_finds_what_tune_finds(structure, sim, tmp_path):
     assert Controller.load(path) == tune(structure=structure, rng=3, maxfev=600).controller
 
 
+@pytest.mark.parametrize("structure", ["paper", "taps"])
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [("cma", {"population": 9, "step": 0.25}), ("bfoa", {"cells": 6}), ("bfoa+", {"colonies": 2})],
+)
+def test_the_executable_takes_every_method(method, options, structure, sim, tmp_path):
+    path = tmp_path / "controller.json"
+    words = ["--structure", structure, "--maxfev", "700", "--tune-seed", "3", "--method", method]
+    for name, value in options.items():
+        words += ["--option", f"{name}={value}"]
+    assert sim("--tune", *words, "--quiet", "--save-controller", path).returncode in (0, 3)
+    found = tune(structure=structure, rng=3, maxfev=700, method=method, options=options)
+    assert Controller.load(path) == found.controller
+
+
+def test_the_executable_has_one_schedule_of_passino_s_method(sim, tmp_path):
+    path = tmp_path / "controller.json"
+    words = ("--method", "bfoa", "--tune-seed", "1", "--quiet", "--save-controller", path)
+    assert sim("--tune", *words).returncode == 0
+    assert Controller.load(path) == tune(method="bfoa", rng=1).controller
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--method", "de"], "method is de; must be one of bfoa+, bfoa, cma"),
+        (["--method", "bfoa", "--option", "cells=7"], "cells is 7; must be an even number"),
+        (["--method", "cma", "--option", "population=1"], "population is 1; must be 0 or at least"),
+        (["--option", "step=2"], "step is 2; must be in [1e-09, 1]"),
+        (["--option", "swims=2"], "swims is unknown; known: cells, "),
+        (["--option", "step"], "--option is step; must be NAME=NUMBER"),
+        (["--option", "=2"], "--option is =2; must be NAME=NUMBER"),
+        (["--option", "step=fast"], "step is "),
+        (["--option", "step=0.1", "--option", "step=0.2"], "--option: step twice"),
+    ],
+)
+def test_the_executable_refuses_methods_and_options_that_are_none(words, message, sim):
+    run = sim("--tune", *words)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr.startswith(f"nfopidn_sim: {message}")
+    assert run.stderr.count("\n") == 1
+
+
 def test_the_executable_s_defaults(sim):
-    defaults = ("--structure", "paper", "--maxfev", "10000", "--tune-seed", "0")
+    defaults = (
+        "--structure",
+        "paper",
+        "--maxfev",
+        "10000",
+        "--tune-seed",
+        "0",
+        "--method",
+        "bfoa+",
+    )
     run = sim("--tune", "--json")
     assert run.stdout == sim("--tune", "--json", *defaults).stdout
-    for k in (0, 2, 4):
-        other = [*defaults[:k], defaults[k], ("decoupled", "900", "1")[k // 2], *defaults[k + 2 :]]
+    for k in (0, 2, 4, 6):
+        other = [
+            *defaults[:k],
+            defaults[k],
+            ("decoupled", "900", "1", "cma")[k // 2],
+            *defaults[k + 2 :],
+        ]
         assert run.stdout != sim("--tune", "--json", *other).stdout
 
 

@@ -53,8 +53,14 @@ inline Finding check_options(const BfoaOptions& options) {
   return {Status::inconsistent, "cells", static_cast<double>(options.cells), between(2, 10000)};
 }
 
+inline const char* rule_of(const BfoaOptions& /*options*/) { return "an even number"; }
+
 class Bfoa {
  public:
+  using Options = BfoaOptions;
+  static constexpr const char* name = "bfoa";
+  static constexpr std::int64_t default_budget = unlimited_budget;
+
   Bfoa(Search& search, const BfoaOptions& options) : search_(search), options_(options) {}
 
   void run() {

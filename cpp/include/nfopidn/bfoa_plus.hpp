@@ -20,6 +20,12 @@ namespace nfopidn {
 
 class BfoaPlus {
  public:
+  using Options = BfoaPlusOptions;
+  static constexpr const char* name = "bfoa+";
+  static constexpr std::int64_t default_budget = 10000;
+
+  BfoaPlus(Search& search, const BfoaPlusOptions& options)
+      : BfoaPlus(search, options, search.left()) {}
   BfoaPlus(Search& search, const BfoaPlusOptions& options, std::int64_t budget)
       : search_(search), options_(options), budget_(budget) {}
 

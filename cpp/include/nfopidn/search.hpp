@@ -23,7 +23,8 @@ namespace nfopidn {
 // questions of its own course.
 constexpr int search_course = 2;
 
-// A row a chemotactic step.
+// A row a chemotactic step; of CMA-ES a row a generation, with the number of the restart as
+// `dispersal` and that of the generation as `chemotaxis`.
 struct HistoryRow {
   int dispersal;     // l
   int reproduction;  // k
@@ -33,6 +34,9 @@ struct HistoryRow {
   double mean;  // of the cells
   double step;  // mean step, in units of the box
 };
+
+// Of a search that ends with its schedule.
+constexpr std::int64_t unlimited_budget = std::int64_t{1} << 62;
 
 enum class StopReason : unsigned char {
   schedule,     // the schedule is complete

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "nfopidn/batch.hpp"
-#include "nfopidn/bfoa.hpp"
-#include "nfopidn/bfoa_plus.hpp"
+#include "nfopidn/method.hpp"
 #include "nfopidn/ordered_sums.hpp"
 #include "nfopidn/structures.hpp"
 #include "nfopidn/team.hpp"
@@ -206,8 +205,7 @@ class TuneObjective : public Objective {
   Team team_;
 };
 
-// A tuning with bfoa+ and default options, for programs; all of its parameters are free within
-// their default bounds.
+// A tuning for programs; all of its parameters are free within their default bounds.
 struct TuningTask {
   std::vector<const Scenario*> scenarios;
   Structure structure;
@@ -217,6 +215,7 @@ struct TuningTask {
   double share = 1;
   int threads = 1;
   std::function<bool()> interrupted;  // asked now and then; true ends the search
+  MethodOptions method = {};          // bfoa+ with its default options
 };
 
 // The share of a search for free taps that looks for gains and orders to start from.
@@ -245,14 +244,17 @@ inline SearchResult run_stage(const TuningTask& task, const Search::Callback& ca
   search.keeps_record = false;
   search.set_callback(callback);
   search.set_interruption(task.interrupted);
-  BfoaPlus(search, {}, task.evaluations).run();
+  run_method(search, task.method);
   return search.result;
 }
 
-// Gains and orders for free taps to start from: a task of its own, and its answer as taps.
+// Gains and orders for free taps to start from: a task of its own, by the default method whatever
+// the task's is, and its answer as taps.
 inline SearchResult find_start(TuningTask task, const Search::Callback& callback) {
   const ParameterSet wanted = task.structure.parameters;
   task.structure.parameters = ParameterSet::orders_by_channel;
+  if (task.evaluations >= unlimited_budget) task.evaluations = default_budget({});
+  task.method = {};
   task.evaluations = std::max<std::int64_t>(
       1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
   SearchResult found = run_stage(task, callback);

@@ -368,6 +368,9 @@ void bind_controller(py::module_& module) {
         return py::int_(self.settings.memory.samples);
       },
       memory_text.c_str());
+  cls.def_property_readonly(
+      "uses_tracking_law", [](const C& self) { return self.settings.needs_tracking_law(); },
+      "Whether it has parts that eqs. 30-36 do not have (docs/theory.md).");
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
   cls.def(

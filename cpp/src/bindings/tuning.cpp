@@ -7,6 +7,7 @@
 
 #include "bindings.hpp"
 #include "nfopidn/io/checkpoint.hpp"
+#include "nfopidn/io/json_method.hpp"
 #include "nfopidn/tune.hpp"
 
 namespace nfopidn::python {
@@ -129,19 +130,10 @@ struct Request {
   }
 };
 
-template <class Options>
-Options read_options(const py::dict& given) {
-  Options options;
-  check("options", read_settings(to_json(given), "", options));
-  return options;
-}
-
-BfoaOptions read_bfoa_options(const py::dict& given) {
-  const auto options = read_options<BfoaOptions>(given);
-  if (check_options(options).status != Status::ok) {
-    raise("options", {Status::inconsistent,
-                      "cells is " + std::to_string(options.cells) + "; must be an even number"});
-  }
+// The options of the method of that name.
+MethodOptions read_options(const std::string& method, const py::dict& given) {
+  MethodOptions options;
+  check("options", read_method(method, to_json(given), options));
   return options;
 }
 
@@ -267,14 +259,10 @@ py::dict run_search(Objective& objective, const Request& request, const Eigen::V
       return false;
     }
   });
-  if (request.method == "bfoa") {
-    const BfoaOptions options = read_bfoa_options(request.options);
+  {
+    const MethodOptions options = read_options(request.method, request.options);
     const py::gil_scoped_release release;
-    Bfoa(search, options).run();
-  } else {
-    const auto options = read_options<BfoaPlusOptions>(request.options);
-    const py::gil_scoped_release release;
-    BfoaPlus(search, options, request.limits.evaluations).run();
+    run_method(search, options);
   }
   if (resumes) check_resumed(objective, request, search.result);
   checkpoint.save(search, true);
@@ -413,24 +401,30 @@ std::vector<double> parameters(const PyController& controller, const std::string
 }
 
 py::dict defaults_of(const std::string& method) {
-  const Json options =
-      method == "bfoa" ? write_settings(BfoaOptions{}) : write_settings(BfoaPlusOptions{});
-  return from_json(options).cast<py::dict>();
+  return from_json(write_options(read_options(method, {}))).cast<py::dict>();
 }
 
 // Refuses options that a search would refuse.
 void check_options_of(const std::string& method, const py::dict& options) {
-  if (method == "bfoa") {
-    read_bfoa_options(options);
-  } else {
-    read_options<BfoaPlusOptions>(options);
-  }
+  read_options(method, options);
+}
+
+// The default budgets of all methods by name, the default method first.
+py::dict methods() {
+  py::dict budgets;
+  for_each_method([&](auto* method) {
+    using Method = MethodOf<decltype(method)>;
+    budgets[Method::name] = Method::default_budget;
+  });
+  return budgets;
 }
 
 }  // namespace
 
 void bind_tuning(py::module_& module) {
   module.attr("START_SHARE") = start_share;
+  module.attr("METHODS") = methods();
+  module.attr("UNLIMITED") = unlimited_budget;
   py::list laterals;
   for (const Lateral lateral : free_tap_laterals) {
     laterals.append(json::write(lateral).get<std::string>());

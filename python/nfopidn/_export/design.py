@@ -73,6 +73,12 @@ def design_of(controller: Controller, scenario: Scenario | None) -> Design:
             f"memory is {controller.memory:g}; must be in [0, {_LONGEST_MEMORY}] for firmware, "
             "which runs taps alone"
         )
+    if controller.uses_tracking_law:
+        raise ValueError(
+            "the controller has parts of the tracking law (net, amplitudes, pole, integral states "
+            "or a scheduled lateral error), which exports do not write yet; the C++ core runs them "
+            "on a microcontroller as Controller<float, Fir<float, N>, TrackingStructure<float>>"
+        )
     taps = np.asarray(controller.taps)
     with np.errstate(over="ignore"):
         single = taps.astype(np.float32)

@@ -55,7 +55,7 @@ class StepMap {
         disturbance_(run.disturbance.front()),
         feedforward_(run.scenario->feedforward) {
     law_.configure_structure(design, run.limits);
-    law_.set_parameters(law_parameters<Scalar>(design));
+    if (design.needs_tracking_law()) law_.set_parameters(law_parameters<Scalar>(design));
     law_.set_filter(StateFilter<Scalar>(loop_kernels(*run.scenario, design, states_)));
   }
 
