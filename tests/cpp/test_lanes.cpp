@@ -65,7 +65,8 @@ TEST(Lanes, HeadingBesideAKnownOne) {
     const double range = i % 3 == 0 ? 0.4 : (i % 3 == 1 ? 4 : 20);
     const double between = random.uniform(-range, range);
     Wide difference(between);
-    const Heading<Wide> heading = LaneMath::heading_beside(math<double>::heading(first), difference);
+    const Heading<Wide> heading =
+        LaneMath::heading_beside(math<double>::heading(first), difference);
     const long double angle = static_cast<long double>(first) - between;
     ASSERT_NEAR(heading.cosine.get(0), cosine(angle), 2e-15) << first << " " << between;
     ASSERT_NEAR(heading.sine.get(3), sine(angle), 2e-15) << first << " " << between;

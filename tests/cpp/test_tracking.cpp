@@ -200,8 +200,8 @@ TEST(TrackingLaw, IsStableOnItsCircleWithTheDecayThatASimulationHas) {
   const auto apart = [&](int from) {
     double most = 0;
     for (int k = from; k < from + swing; ++k) {
-      most = std::max(most, std::hypot(off(k, column_x) - on(k, column_x),
-                                       off(k, column_y) - on(k, column_y)));
+      most = std::max(
+          most, std::hypot(off(k, column_x) - on(k, column_x), off(k, column_y) - on(k, column_y)));
     }
     return most;
   };

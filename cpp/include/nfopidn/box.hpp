@@ -92,8 +92,7 @@ struct Box {
   static double root_of_cubic(double value) {
     double u = 1;
     for (int i = 0; i < 60; ++i) {
-      const double next =
-          u - (u * (u * u + start_slope) - value) / (3 * u * u + start_slope);
+      const double next = u - (u * (u * u + start_slope) - value) / (3 * u * u + start_slope);
       if (!(next < u)) break;
       u = next;
     }

@@ -176,8 +176,8 @@ struct ControllerSettings {
   }
   // Whether the controller needs what only a variant with the tracking law has.
   constexpr bool needs_tracking_law() const {
-    return net != Net::increment || lateral == Lateral::scheduled || has_pole() ||
-           has_integral() || has_amplitude();
+    return net != Net::increment || lateral == Lateral::scheduled || has_pole() || has_integral() ||
+           has_amplitude();
   }
 
   template <class Visitor>

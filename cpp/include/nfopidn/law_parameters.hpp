@@ -60,8 +60,7 @@ constexpr LawParameters<Scalar> law_parameters_from(const Number* numbers, const
 // How many numbers a law is made of: its taps, [3][taps], and then the parameters if it has any.
 template <class Base>
 constexpr int law_size(const ControllerSettings<Base>& settings, int taps) {
-  return channel_count * taps +
-         (settings.needs_tracking_law() ? LawParameters<Base>::count : 0);
+  return channel_count * taps + (settings.needs_tracking_law() ? LawParameters<Base>::count : 0);
 }
 
 // What the tracking law is made of, in any number type: values of the settings of these names.

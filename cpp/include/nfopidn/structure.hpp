@@ -69,8 +69,8 @@ struct FixedStructure {
   static constexpr bool has_tracking_law = false;
 
   static constexpr bool offers(const ControllerSettings<Base>& settings) noexcept {
-    return !settings.needs_tracking_law() && settings.allocation.kind() == allocation_kind && settings.form == form &&
-           settings.activation == activation && settings.frame == frame &&
+    return !settings.needs_tracking_law() && settings.allocation.kind() == allocation_kind &&
+           settings.form == form && settings.activation == activation && settings.frame == frame &&
            settings.lateral == lateral && settings.anti_windup == anti_windup;
   }
   static constexpr void choose(const ControllerSettings<Base>& /*settings*/) noexcept {}

@@ -10,14 +10,13 @@
 namespace nfopidn {
 
 // The vector of the paper: the nine gains row by row, then alpha and sigma for all channels, or for
-// x, for y and for theta; or the fused taps themselves, channel by channel, newest first; or those of
-// the tracking law, by names of their own.
+// x, for y and for theta; or the fused taps themselves, channel by channel, newest first; or those
+// of the tracking law, by names of their own.
 enum class ParameterSet : unsigned char { shared_orders, orders_by_channel, taps, tracking };
 
 template <>
 struct ChoiceNames<ParameterSet> {
-  static constexpr const char* names[] = {"shared-orders", "orders-by-channel", "taps",
-                                          "tracking"};
+  static constexpr const char* names[] = {"shared-orders", "orders-by-channel", "taps", "tracking"};
 };
 
 struct Structure {
@@ -183,9 +182,8 @@ void tracking_numbers(const Structure& structure, const std::vector<Number>& x, 
   const ControllerSettings<double>& settings = structure.settings;
   LawNumbers<Number> law = law_numbers<Number>(settings);
   if (structure.parameters == ParameterSet::tracking) {
-    TrackingNames<Number>::each(law, [&, next = x.data()](auto, Number& value, auto) mutable {
-      value = *next++;
-    });
+    TrackingNames<Number>::each(
+        law, [&, next = x.data()](auto, Number& value, auto) mutable { value = *next++; });
   } else {
     for (std::size_t channel = 0; channel < channel_count; ++channel) {
       const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);
@@ -258,8 +256,7 @@ inline std::vector<double> parameters_of(ParameterSet parameters, const Controll
   if (parameters == ParameterSet::tracking) return tracking_parameters(design);
   if (parameters == ParameterSet::taps) {
     const Structure fused = {design, ParameterSet::orders_by_channel};
-    std::vector<double> taps(
-        static_cast<std::size_t>(law_size(fused.settings, design.memory + 2)));
+    std::vector<double> taps(static_cast<std::size_t>(law_size(fused.settings, design.memory + 2)));
     parameters_to_law(fused, parameters_of(fused.parameters, design), taps.data());
     taps.resize(static_cast<std::size_t>(channel_count * (design.memory + 2)));
     return taps;

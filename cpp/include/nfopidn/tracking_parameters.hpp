@@ -93,8 +93,7 @@ struct TrackingNames {
     visit("integral_x", t.integral_x, TrackingBound{0, 1, cube, U::drive_integral_gain});
     visit("integral_y", t.integral_y, TrackingBound{0, 1, cube, U::steer_integral_gain});
     visit("integral_theta", t.integral_theta, TrackingBound{0, 1, cube, U::steer_integral_gain});
-    visit("integral_retention", t.integral_retention,
-          TrackingBound{0.8, 1, linear, U::retention});
+    visit("integral_retention", t.integral_retention, TrackingBound{0.8, 1, linear, U::retention});
     visit("integral_limit", t.integral_limit, TrackingBound{0.05, 3, logarithmic, U::torque});
   }
 };

@@ -14,8 +14,8 @@ constexpr int small_capacity = 7;  // memory 5, the paper's
 
 // Room for the numbers of a law.
 template <int capacity, bool tracking>
-constexpr int law_capacity =
-    channel_count * capacity + (tracking ? LawParameters<double>::count : 0);
+constexpr int law_capacity = channel_count* capacity +
+                             (tracking ? LawParameters<double>::count : 0);
 
 template <bool noisy, bool tracking, int capacity, class Scalar, class Meter>
 inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter, const Scalar* numbers) {

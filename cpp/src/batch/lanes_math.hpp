@@ -139,7 +139,7 @@ struct math<Lanes<width, count>> : private Instructions<width> {
 
   // Natural logarithm of positive, normal numbers.
   NFOPIDN_INLINE static Scalar log(const Scalar& value) {
-    constexpr auto root = static_cast<std::int64_t>(0x3FE6A09E667F3BCD);  // of sqrt(1/2)
+    constexpr auto root = static_cast<std::int64_t>(0x3FE6A09E667F3BCD);   // of sqrt(1/2)
     constexpr auto whole = static_cast<std::int64_t>(0x4330000000000000);  // of 2^52
     constexpr std::int64_t bias = 1023;
     Scalar result;

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
-from nfopidn._checks import no_rival, real_numbers
+from nfopidn._checks import no_rival, no_tracking_law, real_numbers
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
 from nfopidn.fractional._discretisation import rule_power
@@ -215,6 +215,7 @@ def retune(
         If the frequency response of a channel changes by more than a fifth.
     """
     controller = no_rival(controller)
+    no_tracking_law(controller)
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.controller_sample_time(controller, dt)

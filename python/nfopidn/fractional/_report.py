@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nfopidn._checks import no_rival
+from nfopidn._checks import no_rival, no_tracking_law
 from nfopidn._core import Controller
 from nfopidn.fractional import _checks as checks
 from nfopidn.fractional._discretisation import rule_power, truncated_power
@@ -115,6 +115,7 @@ def truncation_report(
         If over a band that is given an operator is off by a fifth or by 10 degrees.
     """
     controller = no_rival(controller)
+    no_tracking_law(controller)
     if controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.controller_sample_time(controller, dt)

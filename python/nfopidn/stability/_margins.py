@@ -8,7 +8,12 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._checks import controller_or_published, real_number, scenario_or_published
+from nfopidn._checks import (
+    controller_or_published,
+    no_tracking_law,
+    real_number,
+    scenario_or_published,
+)
 from nfopidn._core import Controller, Scenario
 from nfopidn.stability._loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability._z_plane import short_memory
@@ -401,6 +406,7 @@ def margins(
     scenario = scenario_or_published(scenario)
     controller = controller_or_published(controller, scenario)
     short_memory(controller)
+    no_tracking_law(controller)
     speed = real_number(
         "speed", scenario.trajectory.peak_speed if speed is None else speed, -1e3, 1e3, " m/s"
     )

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nfopidn._checks import no_rival, real_number, whole_number
+from nfopidn._checks import no_rival, no_tracking_law, real_number, whole_number
 from nfopidn._core import Controller, series_weights
 
 Place = Literal["inside", "on", "outside"]
@@ -156,6 +156,7 @@ def controller(controller: Controller) -> ControllerStability:
     critically stable
     """
     controller = short_memory(no_rival(controller))
+    no_tracking_law(controller)
     sums = controller.form == "incremental"
     planes = [_filter(taps, sums) for taps in controller.taps]
     return ControllerStability(*planes)

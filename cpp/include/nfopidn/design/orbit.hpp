@@ -158,10 +158,10 @@ inline Eigen::MatrixXd reference_states(const LoopStates& states,
     if (states.tracks) {  // the last pose is as far behind as the next sample is ahead
       const ReferenceSample<double>& now = reference.samples[static_cast<std::size_t>(k)];
       const ReferenceSample<double>& next = (&now)[1];
-      const Channels<double> ahead = rotate_into_robot(
-          Channels<double>{next.x - now.x, next.y - now.y,
-                           math<double>::wrap(next.theta - now.theta)},
-          math<double>::heading(now.theta));
+      const Channels<double> ahead =
+          rotate_into_robot(Channels<double>{next.x - now.x, next.y - now.y,
+                                             math<double>::wrap(next.theta - now.theta)},
+                            math<double>::heading(now.theta));
       result(states.tracking(), k) = ahead.x;
       result(states.tracking() + 1, k) = ahead.y;
       result(states.tracking() + 2, k) = ahead.theta;

@@ -11,11 +11,11 @@ constexpr int most_loop_states = 200;
 
 // The numbers that a loop's state has, in this order.
 struct LoopStates {
-  int filter;  // a channel's: past errors, and then the modes of a long memory
-  int errors;  // how many of them are past errors: M + 1 without modes
-  bool adds;   // incremental form: the last feedback torques
+  int filter;   // a channel's: past errors, and then the modes of a long memory
+  int errors;   // how many of them are past errors: M + 1 without modes
+  bool adds;    // incremental form: the last feedback torques
   bool tracks;  // the tracking law: the last pose, drive and steering, their integral states
-  int delay;   // torques on their way
+  int delay;    // torques on their way
 
   static constexpr int pose = 0;      // error x, y [m], theta [rad], in the reference's frame
   static constexpr int velocity = 3;  // v [m/s], omega [rad/s]
@@ -120,9 +120,12 @@ class StepMap {
         world_errors(Measurement<Scalar>{last.x, last.y, last.theta, zero, zero}, reference),
         Heading<Scalar>{Scalar(h.cosine), Scalar(h.sine)});
     const auto& held = memory.drive_and_steering;
-    const Scalar numbers[] = {error.x,       error.y,
-                              error.theta,   held.drive,
-                              held.steering, held.drive_integral,
+    const Scalar numbers[] = {error.x,
+                              error.y,
+                              error.theta,
+                              held.drive,
+                              held.steering,
+                              held.drive_integral,
                               held.steering_integral};
     std::copy(std::begin(numbers), std::end(numbers), z);
   }
