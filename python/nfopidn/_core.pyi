@@ -349,6 +349,7 @@ class Controller:
         lateral: _Lateral = "direction",
         anti_windup: _AntiWindup = "none",
         speed_scale: float = 0.0,
+        sample_time: float | None = None,
         net: _Net = "increment",
         speed_gain_x: float = 0.0,
         speed_gain_theta: float = 0.0,
@@ -366,7 +367,6 @@ class Controller:
         integral_limit: float = 1.0,
         lateral_speed: float = 0.25,
         lateral_power: float = 1.5,
-        sample_time: float | None = None,
     ) -> None: ...
     @staticmethod
     def published(

@@ -135,7 +135,6 @@ structures = {
     "frame": any_of("robot", "world"),
     "generator": any_of("tustin", "gl"),
     "lateral": any_of("plain", "direction", "speed", "scheduled"),
-    "net": any_of("increment", "whole"),
     "speed_scale": st.just(0.0) | logarithmic(1e-6, 1e6),
     "anti_windup": any_of("none", "hold", "clamp"),
     "sample_time": st.none(),  # another than the scenario's is refused: test_sample_time.py

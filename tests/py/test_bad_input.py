@@ -39,7 +39,6 @@ WHOLE_NUMBERS = [
 ]
 # The same for lists: a good value, the path of an element in it, and the element's range.
 LISTS = [
-    (scenario, "initial_pose", [0, 0, 0], (1,), "in [-1e+09, 1e+09] m, m, rad"),
     (scenario, "initial_velocity", [0, 0], (0,), "in [-1000, 1000] m/s, rad/s"),
     (scenario, "pose_noise", [0, 0], (1,), "in [0, 1000] m, rad"),
     (scenario, "disturbance", [0, 0], (1,), "in [-1e+06, 1e+06] N, N m"),
@@ -59,7 +58,6 @@ CHOICES = [
     (controller, "generator", ["tustin", "gl"]),
     (controller, "lateral", ["plain", "direction", "speed", "scheduled"]),
     (controller, "anti_windup", ["none", "hold", "clamp"]),
-    (controller, "net", ["increment", "whole", "speed-errors"]),
     (controller, "allocation", ["paper", "decoupled"]),
 ]
 

@@ -40,6 +40,7 @@ def columns(result):
     return np.column_stack(list(result.columns.values()))
 
 
+@pytest.mark.filterwarnings("ignore:the heading holds")
 @examples(150)
 @given(scenarios(), controllers)
 def test_every_run_has_a_finite_cost(scenario, controller):

@@ -204,6 +204,8 @@ struct ControllerSettings {
                 "what the incremental form does at the torque limit"));
     visit(field("speed_scale", &S::speed_scale, "m/s", between(0, 1e6),
                 "divisor of V_r with lateral \"speed\"; 0: the trajectory's peak |V_r|"));
+    visit(field("sample_time", &S::sample_time, "s", greater_than(0),
+                "that gains or taps are made for; null (in words: unknown): not checked"));
     visit(field("net", &S::net, "", any_number(),
                 "what the sums of eq. 34 run over: differences of the error, or the error itself; "
                 "speed-errors: and the derivative in x and theta is that of the speed error"));
@@ -239,8 +241,6 @@ struct ControllerSettings {
                 "speed v0 of lateral \"scheduled\""));
     visit(field("lateral_power", &S::lateral_power, "", between(-10, 10),
                 "power p of lateral \"scheduled\""));
-    visit(field("sample_time", &S::sample_time, "s", greater_than(0),
-                "that gains or taps are made for; null (in words: unknown): not checked"));
   }
 };
 
