@@ -115,13 +115,14 @@ TEST(Interruption, EndsCostsAndGradients) {
   const Structure structure = named_structure(StructureName::paper);
   const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
   const Points points = Eigen::Map<const Point>(x.data(), 11).replicate(1, 100);
+  const std::vector<double> gains = rivals::default_parameters(rivals::RivalDesign{}.law);
   std::vector<double> answers(100);
   for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::exact}) {
     const Scenario scenario = endless(10000, integrator);
     for (const int threads : {1, 2, 3}) {
       TuneObjective objective({&scenario, &scenario}, structure, FreeParameters::all(11), 11, 1,
                               threads);
-      rivals::RivalObjective rival({&scenario}, {}, FreeParameters::all(4), 1, threads);
+      rivals::RivalObjective rival({&scenario}, {}, FreeParameters::all(gains.size()), 1, threads);
       {
         const Interruption interruption(at_once);
         objective.costs(points, answers.data());
@@ -134,7 +135,8 @@ TEST(Interruption, EndsCostsAndGradients) {
       }
       {
         const Interruption interruption(at_once);
-        rival.costs(Points::Constant(4, 9, 1), answers.data());
+        rival.costs(Eigen::Map<const Point>(gains.data(), gains.size()).replicate(1, 9),
+                    answers.data());
         EXPECT_TRUE(interruption.happened());
       }
     }
