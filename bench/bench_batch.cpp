@@ -2,7 +2,7 @@
 // whole tunings. On one core unless said otherwise.
 #include <benchmark/benchmark.h>
 
-#include "nfopidn/tune.hpp"
+#include "nfopidn/tuning/tune.hpp"
 
 namespace {
 
@@ -104,7 +104,7 @@ void paper_schedule(benchmark::State& state) {
   double evaluations = 0;
   std::uint64_t seed = 0;
   for (auto _ : state) {
-    Search search(objective, {low, high, Point::Ones(11)}, {}, ++seed);
+    SearchSession search(objective, {low, high, Point::Ones(11)}, {}, ++seed);
     Bfoa(search, {}).run();
     evaluations += static_cast<double>(search.result.evaluations);
   }
@@ -129,7 +129,7 @@ void bookkeeping(benchmark::State& state, const Run& run) {
   double evaluations = 0;
   std::uint64_t seed = 0;
   for (auto _ : state) {
-    Search search(objective, {low, high, Point::Ones(11)}, {10000}, ++seed);
+    SearchSession search(objective, {low, high, Point::Ones(11)}, {10000}, ++seed);
     run(search);
     evaluations += static_cast<double>(search.result.evaluations);
   }
@@ -137,14 +137,14 @@ void bookkeeping(benchmark::State& state, const Run& run) {
       benchmark::Counter(evaluations, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 void bookkeeping_bfoa(benchmark::State& state) {
-  bookkeeping(state, [&](Search& search) {
+  bookkeeping(state, [&](SearchSession& search) {
     BfoaOptions options;
     if (state.range(0) == 0) options.attractant_depth = options.repellent_height = 0;
     Bfoa(search, options).run();
   });
 }
 void bookkeeping_bfoa_plus(benchmark::State& state) {
-  bookkeeping(state, [](Search& search) { BfoaPlus(search, {}, 10000).run(); });
+  bookkeeping(state, [](SearchSession& search) { BfoaPlus(search, {}, 10000).run(); });
 }
 BENCHMARK(bookkeeping_bfoa)->ArgName("swarming")->Arg(0)->Arg(1);
 BENCHMARK(bookkeeping_bfoa_plus);

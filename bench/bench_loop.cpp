@@ -1,7 +1,7 @@
 // Time of the closed loop: published scenario, 751 samples, one core, scalar double.
 #include <benchmark/benchmark.h>
 
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/simulation/simulate.hpp"
 
 namespace {
 

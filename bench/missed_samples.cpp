@@ -5,10 +5,10 @@
 #include <limits>
 #include <vector>
 
-#include "nfopidn/guarded.hpp"
-#include "nfopidn/random.hpp"
-#include "nfopidn/simulate.hpp"
-#include "nfopidn/structures.hpp"
+#include "nfopidn/firmware/guarded.hpp"
+#include "nfopidn/math/random.hpp"
+#include "nfopidn/simulation/simulate.hpp"
+#include "nfopidn/tuning/structures.hpp"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // A tuning in C++: the gains and orders of least cost for a circle.
 // Link it with nfopidn::batch: find_package(nfopidn), or add_subdirectory with NFOPIDN_BATCH=ON.
-#include "nfopidn/tune.hpp"
+#include "nfopidn/tuning/tune.hpp"
 
 #include <cstdio>
 

@@ -71,7 +71,7 @@ echo "compilers: the firmware zone needs a compiler and <stdint.h>, in C++17, 20
 # A search ends at the same bits whatever the processor and Eigen's vectors: here, without Eigen's
 # vectors, in 32 bits, and on aarch64 in the emulator, where lanes are the generic unit.
 googletest=/usr/src/googletest/googletest
-common=(-std=c++17 -O1 -ffp-contract=off -w -pthread -Icpp/include -Icpp/src
+common=(-std=c++17 -O1 -ffp-contract=off -w -pthread -Icpp/include -Icpp/src -Itests/cpp
   -isystem /usr/include/eigen3 -isystem "$googletest/include"
   -DNFOPIDN_GOLDEN="\"$PWD/tests/golden\"")
 generic=(cpp/src/batch/dispatch.cpp cpp/src/batch/kernel_generic.cpp)
@@ -97,8 +97,8 @@ done
 echo "compilers: a search ends at the same bits on x86-64, in 32 bits and on aarch64"
 
 aarch64-linux-gnu-g++ -static "${common[@]}" -I"$googletest" "$googletest/src/gtest-all.cc" \
-  "$googletest/src/gtest_main.cc" tests/cpp/test_lanes.cpp tests/cpp/test_batch.cpp \
-  tests/cpp/test_self_test.cpp "${generic[@]}" -o "$folder/tests_aarch64"
+  "$googletest/src/gtest_main.cc" tests/cpp/tuning/test_lanes.cpp tests/cpp/tuning/test_batch.cpp \
+  tests/cpp/firmware/test_self_test.cpp "${generic[@]}" -o "$folder/tests_aarch64"
 qemu-aarch64 "$folder/tests_aarch64" --gtest_brief=1 | tail -1
 
 # Eigen from 3.4 on, whatever its version file makes of 5.0.

@@ -33,21 +33,25 @@ LEAST_SHARE = 0.9
 
 # The tests that cover a header, the cheapest to compile first.
 TESTS = {
-    "weights.hpp": ["weights"],
-    "fir.hpp": ["fir", "controller_law", "controller_configure"],
-    "robot.hpp": ["robot", "plant"],
-    "plant.hpp": ["plant", "coulomb", "loop"],
-    "controller.hpp": [
-        "structure",
-        "controller_configure",
-        "controller_anti_windup",
-        "controller_law",
-        "simulate",
-        "lanes",
+    "control/operator_weights.hpp": ["control/weights"],
+    "control/tap_filter.hpp": [
+        "control/fir",
+        "control/controller_law",
+        "control/controller_configure",
     ],
-    "loop.hpp": ["loop", "simulate", "golden_run"],
-    "bfoa.hpp": ["bfoa", "search"],
-    "simulate.hpp": ["simulate", "golden_run"],
+    "plant/robot.hpp": ["plant/robot", "plant/plant"],
+    "plant/differential_drive.hpp": ["plant/plant", "plant/coulomb", "loop/loop"],
+    "control/controller.hpp": [
+        "control/structure",
+        "control/controller_configure",
+        "control/controller_anti_windup",
+        "control/controller_law",
+        "simulation/simulate",
+        "tuning/lanes",
+    ],
+    "loop/closed_loop.hpp": ["loop/loop", "simulation/simulate", "simulation/golden_run"],
+    "search/bfoa.hpp": ["search/bfoa", "search/search"],
+    "simulation/simulate.hpp": ["simulation/simulate", "simulation/golden_run"],
 }
 COMPILER = os.environ.get("CXX", "clang++")  # compiles these in half of g++'s time
 FLAGS = ["-std=gnu++17", "-O0", "-ffp-contract=off", "-D_GLIBCXX_ASSERTIONS", "-w"]
@@ -168,14 +172,15 @@ class Tree:
             shutil.copytree(REPOSITORY / part, self.place / part)
 
     def compile(self, test, sanitize):
-        program = self.place / test
+        folder, name = test.split("/")
+        program = self.place / name
         flags = FLAGS + (
             SANITIZE if sanitize else ["-include-pch", str(WORK / "precompiled.hpp.pch")]
         )
         command = [COMPILER, *flags, f"-I{self.place}/cpp/include", "-isystem", eigen()]
-        command += [f"-I{self.place}/cpp/src"]  # the lanes
+        command += [f"-I{self.place}/cpp/src", f"-I{self.place}/tests/cpp"]  # the lanes; support
         command += [f'-DNFOPIDN_GOLDEN="{self.place}/tests/golden"']
-        command += [f"{self.place}/tests/cpp/test_{test}.cpp", "-o", str(program)]
+        command += [f"{self.place}/tests/cpp/{folder}/test_{name}.cpp", "-o", str(program)]
         return program, *run([*command, "-lgtest_main", "-lgtest", "-lpthread"], 300)
 
     def passes(self, test, sanitize=False):

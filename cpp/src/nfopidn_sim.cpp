@@ -8,7 +8,7 @@
 
 #include "nfopidn/io/json_method.hpp"
 #include "nfopidn/io/options.hpp"
-#include "nfopidn/tune.hpp"
+#include "nfopidn/tuning/tune.hpp"
 
 namespace {
 

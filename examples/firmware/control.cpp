@@ -15,10 +15,10 @@ constexpr Activation activation = Activation::linear;
 constexpr Activation activation = Activation::sigmoid;
 #endif
 #ifdef CONTROL_ANY_STRUCTURE
-using Structure = AnyStructure<float>;
+using Structure = RuntimeVariant<float>;
 #else
-using Structure = FixedStructure<float, Form::positional, AllocationKind::paper, Lateral::direction,
-                                 AntiWindup::none, activation>;
+using Structure = FixedVariant<float, Form::positional, AllocationKind::paper, Lateral::direction,
+                               AntiWindup::none, activation>;
 #endif
 using Law = Controller<float, Fir<float, memory + 2>, Structure>;
 

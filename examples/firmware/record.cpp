@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/simulation/simulate.hpp"
 #include "sample.hpp"
 
 namespace {

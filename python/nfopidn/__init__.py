@@ -1,8 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import _pickle, fractional, plot, stability, study
-from nfopidn._bfoa import bfoa
-from nfopidn._compare import Comparison, compare, scenario_suite, tune_contenders
+from nfopidn import fractional, pickling, plot, stability, study
 from nfopidn._core import (
     Controller,
     Rival,
@@ -13,16 +11,18 @@ from nfopidn._core import (
     __version__,
     simulate,
 )
-from nfopidn._export import export_c, export_cpp
-from nfopidn._forager import Forager
-from nfopidn._objective import Objective
-from nfopidn._parameters import default_bounds
-from nfopidn._report import report
-from nfopidn._search import OptimizeResult
-from nfopidn._tune_result import TuneResult
-from nfopidn._tuning import tune
+from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contenders
+from nfopidn.export import export_c, export_cpp
+from nfopidn.reporting import report
+from nfopidn.search.bfoa import bfoa
+from nfopidn.search.forager import Forager
+from nfopidn.search.optimise import OptimizeResult
+from nfopidn.tuning.objective import Objective
+from nfopidn.tuning.parameters import default_bounds
+from nfopidn.tuning.result import TuneResult
+from nfopidn.tuning.tuner import tune
 
-_pickle.register()
+pickling.register()
 
 __all__ = [
     "Comparison",

@@ -544,7 +544,7 @@ class CostFunction:
         source: Sequence[int],
         fixed: Sequence[float],
         dimension: int,
-        risk: float,
+        worst_share: float,
         threads: int,
     ) -> None: ...
     def costs(self, points: _Rows) -> _Array: ...
@@ -558,7 +558,7 @@ def search_controller(
     parameters: str,
     source: Sequence[int],
     fixed: Sequence[float],
-    risk: float,
+    worst_share: float,
     threads: int,
     request: dict[str, Any],
 ) -> dict[str, Any]: ...
@@ -567,7 +567,7 @@ def search_rival(
     rival: Rival,
     source: Sequence[int],
     fixed: Sequence[float],
-    risk: float,
+    worst_share: float,
     threads: int,
     request: dict[str, Any],
 ) -> dict[str, Any]: ...

@@ -1,7 +1,7 @@
 // A program of somebody else's: host side here, firmware zone in the other translation unit.
 #include <cstdio>
 
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/simulation/simulate.hpp"
 
 float firmware_torque();
 bool firmware_has_every_bit();

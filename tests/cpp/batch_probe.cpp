@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "nfopidn/tune.hpp"
+#include "nfopidn/tuning/tune.hpp"
 
 int main(int argc, char** argv) {
   using namespace nfopidn;

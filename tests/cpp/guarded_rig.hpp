@@ -1,8 +1,8 @@
 // What the tests of Guarded and Bumpless share: two equal laws, one of them to compare with.
 #pragma once
 
-#include "nfopidn/bumpless.hpp"
-#include "nfopidn/guarded.hpp"
+#include "nfopidn/firmware/bumpless.hpp"
+#include "nfopidn/firmware/guarded.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {

@@ -20,7 +20,7 @@ struct Surroundings {
 
 inline State<double> moved(const Surroundings& around, Integrator integrator, double span,
                            int substeps, State<double> state) {
-  const Plant<double> plant(around.robot, around.friction, integrator, span, substeps);
+  const DifferentialDrive<double> plant(around.robot, around.friction, integrator, span, substeps);
   plant.advance(state, math<double>::heading(state.theta), around.torque, &around.outside);
   return state;
 }

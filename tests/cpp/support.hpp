@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/simulation/simulate.hpp"
 
 namespace nfopidn::test {
 

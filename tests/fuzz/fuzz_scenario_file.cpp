@@ -1,6 +1,6 @@
 // Any bytes as a scenario file; a short one that is accepted is run.
 #include "documents.hpp"
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/simulation/simulate.hpp"
 
 using namespace nfopidn;
 

@@ -3,8 +3,8 @@
 #include <initializer_list>
 
 #include "fuzz.hpp"
-#include "nfopidn/controller.hpp"
-#include "nfopidn/guarded.hpp"
+#include "nfopidn/control/controller.hpp"
+#include "nfopidn/firmware/guarded.hpp"
 
 using namespace nfopidn;
 

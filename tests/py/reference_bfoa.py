@@ -143,7 +143,7 @@ def hills(x):
     return sum((u - 0.3 * i) ** 2 + 0.1 * math.cos(9 * u) for i, u in enumerate(x, 1))
 
 
-# Of the golden file, in its order; tests/cpp/test_bfoa.cpp has the same.
+# Of the golden file, in its order; tests/cpp/search/test_bfoa.cpp has the same.
 SHORT = {"chemotactic_steps": 6, "reproductions": 2, "dispersals": 3}
 SIGNALS = {
     "attractant_depth": 2.5,

@@ -2,12 +2,12 @@
 // no C++ standard library, and no double when Scalar is float.
 #pragma once
 
-#include "nfopidn/bumpless.hpp"
-#include "nfopidn/compiler.hpp"  // first: it says what the compiler lacks
-#include "nfopidn/controller.hpp"
-#include "nfopidn/guarded.hpp"
-#include "nfopidn/loop.hpp"
-#include "nfopidn/odometry.hpp"
-#include "nfopidn/reference_table.hpp"
-#include "nfopidn/self_test.hpp"
-#include "nfopidn/velocity_output.hpp"
+#include "nfopidn/control/controller.hpp"
+#include "nfopidn/firmware/bumpless.hpp"
+#include "nfopidn/firmware/guarded.hpp"
+#include "nfopidn/firmware/odometry.hpp"
+#include "nfopidn/firmware/reference_table.hpp"
+#include "nfopidn/firmware/self_test.hpp"
+#include "nfopidn/firmware/velocity_output.hpp"
+#include "nfopidn/foundation/compiler.hpp"  // first: it says what the compiler lacks
+#include "nfopidn/loop/closed_loop.hpp"

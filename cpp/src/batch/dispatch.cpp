@@ -1,5 +1,5 @@
 // Chooses the unit for this processor. Compiled for the plain architecture.
-#include "nfopidn/batch.hpp"
+#include "nfopidn/tuning/batch.hpp"
 
 namespace nfopidn {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "lanes_math.hpp"
-#include "nfopidn/batch_job.hpp"
-#include "nfopidn/dual.hpp"
-#include "nfopidn/loop.hpp"
+#include "nfopidn/loop/closed_loop.hpp"
+#include "nfopidn/math/dual.hpp"
+#include "nfopidn/tuning/batch_job.hpp"
 
 namespace nfopidn {
 
@@ -20,7 +20,7 @@ constexpr int law_capacity = channel_count* capacity +
 template <bool noisy, bool tracking, int capacity, class Scalar, class Meter>
 inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter, const Scalar* numbers) {
   using Filter = Fir<Scalar, capacity, lane_slack>;
-  using Variant = std::conditional_t<tracking, TrackingStructure<double>, AnyStructure<double>>;
+  using Variant = std::conditional_t<tracking, TrackingVariant<double>, RuntimeVariant<double>>;
   Controller<Scalar, Filter, Variant> law;
   law.configure_structure(*job.structure, *job.limits);
   if constexpr (tracking) {

@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-#include "nfopidn/math.hpp"
+#include "nfopidn/math/math.hpp"
 
 namespace nfopidn {
 

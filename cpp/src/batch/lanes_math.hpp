@@ -64,8 +64,8 @@ struct math<Lanes<width, count>> : private Instructions<width> {
 
   // From the difference of two angles, the first one's heading being known: takes the difference to
   // [-pi, pi] and gives the heading of the second. Sooner while no angle is far from the other.
-  NFOPIDN_INLINE static Heading<Scalar> heading_beside(const Heading<Base>& first,
-                                                       Scalar& difference) {
+  NFOPIDN_INLINE static Heading<Scalar> heading_relative_to(const Heading<Base>& first,
+                                                            Scalar& difference) {
     Real square[count];
     Real farthest = Real{};
     for (int i = 0; i < count; ++i) {

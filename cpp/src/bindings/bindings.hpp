@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "convert.hpp"
-#include "nfopidn/interruption.hpp"
 #include "nfopidn/io/csv.hpp"
-#include "nfopidn/simulate.hpp"
+#include "nfopidn/parallel/interruption.hpp"
+#include "nfopidn/simulation/simulate.hpp"
 
 namespace nfopidn::python {
 
@@ -15,7 +15,7 @@ namespace nfopidn::python {
 using Computes = py::call_guard<StandardArithmetic>;
 
 using RuntimeController =
-    Controller<double, Fir<double, maximum_memory + 2, maximum_memory>, TrackingStructure<double>>;
+    Controller<double, Fir<double, maximum_memory + 2, maximum_memory>, TrackingVariant<double>>;
 
 // A controller's settings, and the law at work once step() is called.
 struct PyController {
@@ -65,7 +65,7 @@ class StopIf {
 // with the GIL, which the work itself does without.
 class SignalWatch {
  public:
-  SignalWatch() : interruption_([this] { return look(); }) {}
+  SignalWatch() : interruption_([this] { return ask(); }) {}
 
   // Once the work is done: raises what ended it, KeyboardInterrupt for one.
   void raise_if_interrupted() {
@@ -73,7 +73,7 @@ class SignalWatch {
   }
 
  private:
-  bool look() {
+  bool ask() {
     const py::gil_scoped_acquire acquire;
     if (StopIf::raises()) raised_.emplace();
     return raised_.has_value();

@@ -1,7 +1,7 @@
 // Controller.
 #include "bindings.hpp"
-#include "nfopidn/design/conversion.hpp"
-#include "nfopidn/structures.hpp"
+#include "nfopidn/analysis/conversion.hpp"
+#include "nfopidn/tuning/structures.hpp"
 
 namespace nfopidn::python {
 

@@ -2,8 +2,8 @@
 #include <pybind11/stl.h>
 
 #include "bindings.hpp"
-#include "nfopidn/design/conversion.hpp"
-#include "nfopidn/design/rational.hpp"
+#include "nfopidn/analysis/conversion.hpp"
+#include "nfopidn/analysis/rational.hpp"
 
 namespace nfopidn::python {
 

@@ -3,7 +3,7 @@
 
 #include "bindings.hpp"
 #include "nfopidn/io/json_rival.hpp"
-#include "nfopidn/playback.hpp"
+#include "nfopidn/simulation/playback.hpp"
 
 namespace nfopidn::python {
 

@@ -3,9 +3,9 @@
 #include <pybind11/eigen.h>
 
 #include "bindings.hpp"
-#include "nfopidn/design/basin.hpp"
-#include "nfopidn/design/floquet.hpp"
-#include "nfopidn/design/linear_plant.hpp"
+#include "nfopidn/analysis/basin.hpp"
+#include "nfopidn/analysis/floquet.hpp"
+#include "nfopidn/analysis/linear_plant.hpp"
 
 namespace nfopidn::python {
 

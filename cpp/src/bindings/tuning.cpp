@@ -8,7 +8,7 @@
 #include "bindings.hpp"
 #include "nfopidn/io/checkpoint.hpp"
 #include "nfopidn/io/json_method.hpp"
-#include "nfopidn/tune.hpp"
+#include "nfopidn/tuning/tune.hpp"
 
 namespace nfopidn::python {
 
@@ -77,7 +77,7 @@ class FunctionObjective : public Objective {
 const char* const reasons[] = {"schedule", "evaluations", "time",
                                "target",   "callback",    "not_a_number"};
 
-py::dict to_dict(const Search& search, const std::string& reason) {
+py::dict to_dict(const SearchSession& search, const std::string& reason) {
   const SearchResult& r = search.result;
   py::array_t<double> history({r.history.size(), std::size_t{7}});
   auto cell = history.mutable_unchecked<2>();
@@ -147,7 +147,7 @@ class Checkpoint {
 
   // Before the search begins. What is not as it should be, though the search can go on, is warned
   // of.
-  void begin(Search& search) {
+  void begin(SearchSession& search) {
     check("checkpoint", check_writable(file_.path()));
     check("checkpoint", file_.lock());
     std::string note;
@@ -155,13 +155,13 @@ class Checkpoint {
     if (!note.empty()) warn(note);
   }
 
-  void save_if_due(const Search& search) {
+  void save_if_due(const SearchSession& search) {
     if (!is_wanted() || Clock::now() < next_) return;
     save(search, false);
   }
   // Not while an earlier process's answers are still being repeated: the file has more. Nor what no
   // search can go on from.
-  void save(const Search& search, bool last) {
+  void save(const SearchSession& search, bool last) {
     if (!is_wanted() || search.is_replaying() || is_spoilt(search.record())) return;
     const Clock::time_point begin = Clock::now();
     const Outcome before = std::exchange(fault, file_.save(search));
@@ -219,9 +219,9 @@ void check_resumed(Objective& objective, const Request& request, const SearchRes
 }
 
 // Runs the search without the GIL; the callback and Ctrl-C are looked after between steps.
-py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& bend) {
+py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& power) {
   const StandardArithmetic arithmetic;
-  Search search(objective, {request.low, request.high, bend}, request.limits, request.seed);
+  SearchSession search(objective, {request.low, request.high, power}, request.limits, request.seed);
   search.start = request.start;
   Checkpoint checkpoint(request);
   if (checkpoint.is_wanted()) {
@@ -293,22 +293,22 @@ Structure structure_of(const PyController& controller, const std::string& parame
 py::dict search_controller(const std::vector<const Scenario*>& scenarios,
                            const PyController& controller, const std::string& parameters,
                            const std::vector<int>& source, const std::vector<double>& fixed,
-                           double risk, int threads, const py::dict& given) {
+                           double worst_share, int threads, const py::dict& given) {
   const Request request(given);
   const Structure structure = structure_of(controller, parameters);
   const FreeParameters free = {source, fixed};
-  TuneObjective objective(scenarios, structure, free, static_cast<int>(request.low.size()), risk,
-                          threads);
-  return run_search(objective, request, tuning_bend(structure, free, request.low));
+  TuneObjective objective(scenarios, structure, free, static_cast<int>(request.low.size()),
+                          worst_share, threads);
+  return run_search(objective, request, tuning_powers(structure, free, request.low));
 }
 
 py::dict search_rival(const std::vector<const Scenario*>& scenarios,
                       const rivals::RivalDesign& rival, const std::vector<int>& source,
-                      const std::vector<double>& fixed, double risk, int threads,
+                      const std::vector<double>& fixed, double worst_share, int threads,
                       const py::dict& given) {
   const Request request(given);
-  rivals::RivalObjective objective(scenarios, rival, {source, fixed}, risk, threads);
-  return run_search(objective, request, tuning_bend(request.low));
+  rivals::RivalObjective objective(scenarios, rival, {source, fixed}, worst_share, threads);
+  return run_search(objective, request, tuning_powers(request.low));
 }
 
 // A controller's cost as a function of its free parameters, for other optimisers.
@@ -316,11 +316,11 @@ class PyObjective {
  public:
   PyObjective(std::vector<Scenario> scenarios, const PyController& controller,
               const std::string& parameters, const std::vector<int>& source,
-              const std::vector<double>& fixed, int dimension, double risk, int threads)
+              const std::vector<double>& fixed, int dimension, double worst_share, int threads)
       : scenarios_(std::move(scenarios)),
         dimension_(dimension),
         objective_(pointers(), structure_of(controller, parameters), {source, fixed}, dimension,
-                   risk, threads) {}
+                   worst_share, threads) {}
 
   py::array_t<double> costs(const RowPoints& points) {
     if (points.cols() != dimension_) {
@@ -430,13 +430,14 @@ void bind_tuning(py::module_& module) {
     laterals.append(json::write(lateral).get<std::string>());
   }
   module.attr("FREE_TAP_LATERALS") = py::tuple(laterals);
-  py::class_<PyObjective>(module, "CostFunction", py::is_final(),
-                          "CostFunction(scenarios, controller, parameters, source, fixed, "
-                          "dimension, risk, threads)\n--\n\nWhat nfopidn.Objective is made of.")
+  py::class_<PyObjective>(
+      module, "CostFunction", py::is_final(),
+      "CostFunction(scenarios, controller, parameters, source, fixed, "
+      "dimension, worst_share, threads)\n--\n\nWhat nfopidn.Objective is made of.")
       .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
                     const std::vector<int>&, const std::vector<double>&, int, double, int>(),
            Computes(), py::arg("scenarios"), py::arg("controller"), py::arg("parameters"),
-           py::arg("source"), py::arg("fixed"), py::arg("dimension"), py::arg("risk"),
+           py::arg("source"), py::arg("fixed"), py::arg("dimension"), py::arg("worst_share"),
            py::arg("threads"))
       .def("costs", &PyObjective::costs, Computes(), "costs(self, points)\n--\n\n(n, p) to (n,).",
            py::arg("points"))
@@ -446,9 +447,9 @@ void bind_tuning(py::module_& module) {
              py::arg("request"));
   module.def("search_controller", &search_controller, Computes(), py::arg("scenarios"),
              py::arg("controller"), py::arg("parameters"), py::arg("source"), py::arg("fixed"),
-             py::arg("risk"), py::arg("threads"), py::arg("request"));
+             py::arg("worst_share"), py::arg("threads"), py::arg("request"));
   module.def("search_rival", &search_rival, Computes(), py::arg("scenarios"), py::arg("rival"),
-             py::arg("source"), py::arg("fixed"), py::arg("risk"), py::arg("threads"),
+             py::arg("source"), py::arg("fixed"), py::arg("worst_share"), py::arg("threads"),
              py::arg("request"));
   module.def(
       "checkpoint_problem",

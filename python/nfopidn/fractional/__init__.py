@@ -11,10 +11,10 @@
 ========================= ==========================================================
 """
 
-from nfopidn.fractional._conversion import RetuneReport, retune, to_continuous, to_discrete
-from nfopidn.fractional._discretisation import METHODS, Discretisation, discretise
-from nfopidn.fractional._filter import FractionalFilter
-from nfopidn.fractional._report import TruncationReport, truncation_report
+from nfopidn.fractional.conversion import RetuneReport, retune, to_continuous, to_discrete
+from nfopidn.fractional.discretisation import METHODS, Discretisation, discretise
+from nfopidn.fractional.filtering import FractionalFilter
+from nfopidn.fractional.truncation import TruncationReport, truncation_report
 
 __all__ = [
     "METHODS",

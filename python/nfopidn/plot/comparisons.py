@@ -1,14 +1,18 @@
 """Figures of comparisons."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from nfopidn._compare import METRICS, Comparison
 from nfopidn._core import SimulationResult
 from nfopidn.plot import style
+
+if TYPE_CHECKING:
+    from nfopidn.comparison import Comparison
 
 #: Colours that differ in luminance, and dashes, so that a print in grey is readable.
 _COLOURS = ("#16365c", "#e98a2b", "#3fae82", "#a3305f", "#4b2a83", "#7aa6d6", "#6b6b6b", "#c9b037")
@@ -81,7 +85,7 @@ def comparison(result: Comparison, metric: str = "cost", ax: Axes | None = None)
         )
     ax.set_yticks(np.arange(count), [result.controllers[i] for i in order])
     ax.set_xscale("log" if drawn and min(drawn) > 0 else "linear")
-    unit = METRICS[metric].unit
+    unit = result.unit(metric)
     label = "cost E, eq. 41" if metric == "cost" else metric.replace("_", " ")
     style.finish(ax, f"{label} [{unit}]" if unit else label, "")
     style.legend_above(ax)

@@ -8,8 +8,8 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from nfopidn import stability
-from nfopidn._checks import no_rival
 from nfopidn._core import Controller, series_weights
+from nfopidn.arguments import no_rival
 from nfopidn.plot import style
 from nfopidn.plot.style import Stroke
 

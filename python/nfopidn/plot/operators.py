@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nfopidn.fractional import METHODS, discretise
-from nfopidn.fractional import _checks as checks
+from nfopidn.fractional import orders as checks
 from nfopidn.plot import style
 from nfopidn.plot.style import Panels
 

@@ -12,10 +12,10 @@ docs/stability.md explains each. Figures: `nfopidn.plot.z_plane`, `operator_z_pl
 `multipliers`, `basin`.
 """
 
-from nfopidn.stability._basin import Basin, basin
-from nfopidn.stability._loop import LoopStability, Simulated, Switch, loop
-from nfopidn.stability._margins import DiskMargin, LoopMargins, Margins, margins
-from nfopidn.stability._z_plane import (
+from nfopidn.stability.attraction import Basin, basin
+from nfopidn.stability.closed_loop import LoopStability, Simulated, Switch, loop
+from nfopidn.stability.loop_margins import DiskMargin, LoopMargins, Margins, margins
+from nfopidn.stability.pole_map import (
     ControllerStability,
     Place,
     ZPlane,

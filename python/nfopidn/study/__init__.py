@@ -7,7 +7,7 @@
 =================== =============================================================
 """
 
-from nfopidn.study._optimum import GuessResult, OpenLoopOptimum, open_loop_optimum
-from nfopidn.study._reproduction import reproduce
+from nfopidn.study.optimum import GuessResult, OpenLoopOptimum, open_loop_optimum
+from nfopidn.study.reproduction import reproduce
 
 __all__ = ["GuessResult", "OpenLoopOptimum", "open_loop_optimum", "reproduce"]

@@ -4,7 +4,7 @@
 
 #include "nfopidn/io/crc64.hpp"
 #include "nfopidn/io/file_lock.hpp"
-#include "nfopidn/search.hpp"
+#include "nfopidn/search/session.hpp"
 
 namespace nfopidn {
 
@@ -83,7 +83,7 @@ inline Outcome read(const std::string& path, Json& document, bool& damaged) {
 }
 
 // Gives a document's record to a search of the same problem.
-inline Outcome resume(const Json& document, const Json& problem, Search& search) {
+inline Outcome resume(const Json& document, const Json& problem, SearchSession& search) {
   if (Outcome outcome = json::check_header(document, checkpoint_format); !outcome) return outcome;
   const auto has = [&](const char* key) { return document.contains(key); };
   if (!has("problem") || !has("elapsed") || !has("record") || !document["elapsed"].is_number() ||
@@ -128,7 +128,7 @@ class CheckpointFile {
 
   // A file that is not there is a search that has not begun. `note` tells what was not as it should
   // be where the search can go on all the same; empty if nothing.
-  Outcome load(Search& search, std::string& note) {
+  Outcome load(SearchSession& search, std::string& note) {
     if (!file_exists(path_)) return {};
     Json document;
     const Outcome newest = checkpoint::read(path_, document, is_damaged_);
@@ -145,7 +145,7 @@ class CheckpointFile {
   }
 
   // The record holds no NaN.
-  Outcome save(const Search& search) {
+  Outcome save(const SearchSession& search) {
     Json document = {{"format", checkpoint_format},
                      {"version", document_version},
                      {"course", search_course},
@@ -164,7 +164,7 @@ class CheckpointFile {
   }
 
  private:
-  Outcome resume(const std::string& path, const Json& document, Search& search) const {
+  Outcome resume(const std::string& path, const Json& document, SearchSession& search) const {
     Outcome outcome = checkpoint::resume(document, problem_, search);
     if (!outcome) outcome.message = path + ": " + outcome.message;
     return outcome;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "nfopidn/io/columns.hpp"
-#include "nfopidn/metrics.hpp"
+#include "nfopidn/simulation/metrics.hpp"
 
 namespace nfopidn {
 

@@ -1,7 +1,7 @@
 // L4. Controllers as JSON documents.
 #pragma once
 
-#include "nfopidn/controller_design.hpp"
+#include "nfopidn/control/controller_design.hpp"
 #include "nfopidn/io/json.hpp"
 
 namespace nfopidn {

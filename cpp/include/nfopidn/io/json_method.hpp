@@ -2,7 +2,7 @@
 #pragma once
 
 #include "nfopidn/io/json.hpp"
-#include "nfopidn/method.hpp"
+#include "nfopidn/search/method.hpp"
 
 namespace nfopidn {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nfopidn/io/outcome.hpp"
-#include "nfopidn/scenario.hpp"
+#include "nfopidn/simulation/scenario.hpp"
 
 namespace nfopidn {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "nfopidn/schema.hpp"
+#include "nfopidn/foundation/schema.hpp"
 
 namespace nfopidn {
 

@@ -38,21 +38,22 @@ class Kanayama {
         k_theta_(Scalar(settings.k_theta)) {}
 
   constexpr Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
-    const Heading<Scalar> askew = math<Scalar>::heading(view.error.theta);
+    const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
     const ReferenceSample<Scalar>& r = view.reference;
-    return {r.v * askew.cosine + k_x_ * view.error.x,
-            r.omega + r.v * (k_y_ * view.error.y + k_theta_ * askew.sine)};
+    return {r.v * misalignment.cosine + k_x_ * view.error.x,
+            r.omega + r.v * (k_y_ * view.error.y + k_theta_ * misalignment.sine)};
   }
 
   // How fast command() changes, by the kinematics of the errors.
   constexpr Accelerations<Scalar> slope(const View<Scalar>& view) const noexcept {
-    const Heading<Scalar> askew = math<Scalar>::heading(view.error.theta);
+    const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
     const ReferenceSample<Scalar>& r = view.reference;
     const Channels<Scalar> rate = error_rates(view);
-    return {view.acceleration.linear * askew.cosine - r.v * askew.sine * rate.theta + k_x_ * rate.x,
+    return {view.acceleration.linear * misalignment.cosine - r.v * misalignment.sine * rate.theta +
+                k_x_ * rate.x,
             view.acceleration.angular +
-                view.acceleration.linear * (k_y_ * view.error.y + k_theta_ * askew.sine) +
-                r.v * (k_y_ * rate.y + k_theta_ * askew.cosine * rate.theta)};
+                view.acceleration.linear * (k_y_ * view.error.y + k_theta_ * misalignment.sine) +
+                r.v * (k_y_ * rate.y + k_theta_ * misalignment.cosine * rate.theta)};
   }
 
  private:

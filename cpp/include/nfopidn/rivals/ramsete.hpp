@@ -34,11 +34,11 @@ class Ramsete {
 
   Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
     const ReferenceSample<Scalar>& r = view.reference;
-    const Heading<Scalar> askew = math<Scalar>::heading(view.error.theta);
+    const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
     const Scalar k = Scalar(2) * zeta_ * std::sqrt(r.omega * r.omega + b_ * r.v * r.v);
     const bool small = math<Scalar>::absolute(view.error.theta) < Scalar(1e-9);
-    const Scalar sinc = small ? Scalar(1) : askew.sine / view.error.theta;
-    return {r.v * askew.cosine + k * view.error.x,
+    const Scalar sinc = small ? Scalar(1) : misalignment.sine / view.error.theta;
+    return {r.v * misalignment.cosine + k * view.error.x,
             r.omega + k * view.error.theta + b_ * r.v * sinc * view.error.y};
   }
 

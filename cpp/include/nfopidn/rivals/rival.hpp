@@ -2,8 +2,8 @@
 // reference torques, the limit, and where the speeds come from that these laws need.
 #pragma once
 
-#include "nfopidn/reference.hpp"
-#include "nfopidn/velocity_output.hpp"
+#include "nfopidn/control/reference.hpp"
+#include "nfopidn/firmware/velocity_output.hpp"
 
 namespace nfopidn::rivals {
 
@@ -39,10 +39,11 @@ struct View {
 // How fast the errors in the robot's frame change: the kinematics of tracking.
 template <class Scalar>
 constexpr Channels<Scalar> error_rates(const View<Scalar>& view) {
-  const Heading<Scalar> askew = math<Scalar>::heading(view.error.theta);
+  const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
   const auto& [v, omega] = view.speed;
-  return {omega * view.error.y - v + view.reference.v * askew.cosine,
-          view.reference.v * askew.sine - omega * view.error.x, view.reference.omega - omega};
+  return {omega * view.error.y - v + view.reference.v * misalignment.cosine,
+          view.reference.v * misalignment.sine - omega * view.error.x,
+          view.reference.omega - omega};
 }
 
 // Speeds between two poses: the way along the mean heading, over the time.

@@ -13,8 +13,8 @@
 #include "nfopidn/rivals/samson.hpp"
 #include "nfopidn/rivals/sliding_mode.hpp"
 #include "nfopidn/rivals/takagi_sugeno.hpp"
-#include "nfopidn/simulate.hpp"
-#include "nfopidn/structures.hpp"
+#include "nfopidn/simulation/simulate.hpp"
+#include "nfopidn/tuning/structures.hpp"
 
 namespace nfopidn::rivals {
 

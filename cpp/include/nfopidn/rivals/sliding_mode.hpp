@@ -48,7 +48,7 @@ class SlidingMode {
   constexpr void reset() noexcept {}
 
   constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
-    const Heading<Scalar> askew = math<Scalar>::heading(view.error.theta);
+    const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
     const ReferenceSample<Scalar>& r = view.reference;
     const Channels<Scalar> rate = error_rates(view);
     const Scalar lambda_y = Scalar(s_.lambda_y);
@@ -60,9 +60,10 @@ class SlidingMode {
                            lambda_y * (view.acceleration.linear * view.error.y + r.v * rate.y) +
                            approach(surface_theta, s_.q_theta, s_.p_theta);
     const Scalar angular = view.acceleration.angular + turning;
-    const Scalar linear = view.acceleration.linear * askew.cosine - r.v * askew.sine * rate.theta +
-                          angular * view.error.y + view.speed.omega * rate.y +
-                          Scalar(s_.lambda_x) * rate.x + approach(surface_x, s_.q_x, s_.p_x);
+    const Scalar linear = view.acceleration.linear * misalignment.cosine -
+                          r.v * misalignment.sine * rate.theta + angular * view.error.y +
+                          view.speed.omega * rate.y + Scalar(s_.lambda_x) * rate.x +
+                          approach(surface_x, s_.q_x, s_.p_x);
     return {linear - view.acceleration.linear, turning};
   }
 

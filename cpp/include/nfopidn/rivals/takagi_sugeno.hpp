@@ -2,7 +2,7 @@
 // IEEE Trans. SMC 15(1), 1985; on the tracking errors of a unicycle E.-H. Guechi, J. Lauber,
 // M. Dambrine, G. Klancar, S. Blazic, "PDC control design for non-holonomic wheeled mobile robots
 // with delayed outputs", J. Intelligent and Robotic Systems 60, 2010. Four rules: the reference is
-// slow or fast, the robot is aligned or askew. Each has a linear law of its own,
+// slow or fast, the robot is aligned or misalignment. Each has a linear law of its own,
 //   v_c = v_r cos e_theta + k_x e_x,   omega_c = omega_r + k_y v_r e_y + k_theta e_theta
 // and the membership functions, which sum to one, blend their gains.
 #pragma once
@@ -54,12 +54,12 @@ class TakagiSugeno {
     const Heading<Scalar> to_reference = M::heading(view.error.theta);
     const Scalar fast = M::minimum(M::absolute(r.v) * inverse_peak_, Scalar(1));
     // 0 straight ahead, 1 from a right angle on.
-    const Scalar askew = Scalar(1) - M::maximum(to_reference.cosine, Scalar(0));
+    const Scalar misalignment = Scalar(1) - M::maximum(to_reference.cosine, Scalar(0));
     const auto blend = [&](double slow_aligned, double slow_askew, double fast_aligned,
                            double fast_askew) {
-      const Scalar slow = Scalar(slow_aligned) + askew * Scalar(slow_askew - slow_aligned);
-      return slow +
-             fast * (Scalar(fast_aligned) + askew * Scalar(fast_askew - fast_aligned) - slow);
+      const Scalar slow = Scalar(slow_aligned) + misalignment * Scalar(slow_askew - slow_aligned);
+      return slow + fast * (Scalar(fast_aligned) +
+                            misalignment * Scalar(fast_askew - fast_aligned) - slow);
     };
     const Scalar k_x =
         blend(s_.k_x_slow_aligned, s_.k_x_slow_askew, s_.k_x_fast_aligned, s_.k_x_fast_askew);

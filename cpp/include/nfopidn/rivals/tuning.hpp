@@ -2,7 +2,7 @@
 #pragma once
 
 #include "nfopidn/rivals/rivals.hpp"
-#include "nfopidn/tune.hpp"
+#include "nfopidn/tuning/tune.hpp"
 
 namespace nfopidn::rivals {
 
@@ -15,7 +15,7 @@ class RivalObjective : public Objective {
       : design_(std::move(design)),
         parameters_(std::move(parameters)),
         share_(share),
-        team_(threads) {
+        pool_(threads) {
     for (const Scenario* scenario : scenarios) runs_.push_back(prepare(*scenario));
   }
 
@@ -26,11 +26,11 @@ class RivalObjective : public Objective {
     for (const PreparedRun& run : runs_) {
       each += static_cast<double>(run.reference.size()) * run.scenario->substeps;
     }
-    return std::max<Eigen::Index>(team_.size(), static_cast<Eigen::Index>(steps / each));
+    return std::max<Eigen::Index>(pool_.size(), static_cast<Eigen::Index>(steps / each));
   }
 
   void costs(const Points& points, double* costs) override {
-    team_.in_shares(points.cols(), 1, [&](Eigen::Index first, Eigen::Index count) {
+    pool_.for_each_share(points.cols(), 1, [&](Eigen::Index first, Eigen::Index count) {
       for (Eigen::Index j = first; j < first + count; ++j) costs[j] = cost(points.col(j));
     });
   }
@@ -43,14 +43,14 @@ class RivalObjective : public Objective {
     for (std::size_t s = 0; s < runs_.size(); ++s) {
       each(static_cast<Eigen::Index>(s)) = evaluate(runs_[s], candidate);
     }
-    return each.dot(worst_share(each, share_));
+    return each.dot(worst_share_weights(each, share_));
   }
 
   std::vector<PreparedRun> runs_;
   RivalDesign design_;
   FreeParameters parameters_;
   double share_;
-  Team team_;
+  ThreadPool pool_;
 };
 
 }  // namespace nfopidn::rivals

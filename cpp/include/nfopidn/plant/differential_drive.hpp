@@ -1,0 +1,128 @@
+// L1. One sample of the robot's motion under constant torques, by either integrator.
+#pragma once
+
+#include "nfopidn/foundation/traits.hpp"
+#include "nfopidn/plant/exact_motion.hpp"
+#include "nfopidn/plant/friction.hpp"
+
+namespace nfopidn {
+
+enum class Integrator : unsigned char {
+  semi_implicit_euler,  // v and omega first, then the pose with them: the paper's scenario
+  exact,                // the pose to 1e-10: see exact_motion.hpp
+};
+
+template <>
+struct ChoiceNames<Integrator> {
+  static constexpr const char* names[] = {"semi-implicit-euler", "exact"};
+};
+
+template <class Base>
+class DifferentialDrive {
+ public:
+  // `dt` is the sample time [s], divided into `substeps` equal steps.
+  constexpr DifferentialDrive(const Robot<Base>& robot, const Friction<Base>& friction,
+                              Integrator integrator, Base dt, int substeps)
+      : acceleration_(robot),
+        friction_(robot, friction),
+        integrator_(integrator),
+        step_(dt / Base(substeps)),
+        drive_gain_(step_ * acceleration_.drive),
+        steer_gain_(step_ * acceleration_.steer),
+        force_gain_(step_ * acceleration_.inverse_mass),
+        moment_gain_(step_ * acceleration_.inverse_inertia),
+        substeps_(substeps),
+        has_friction_(friction.viscous != Base(0) || friction.coulomb != Base(0)) {}
+
+  // `heading` is that of state.theta; `outside` may be null. The exact integrator needs a Scalar
+  // with an order.
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
+                                        const TorquePair<Scalar>& torque,
+                                        const Disturbance<Base>* outside = nullptr) const {
+    if (integrator_ == Integrator::semi_implicit_euler) {
+      euler(state, heading, torque, outside);
+      for (int i = 1; i < substeps_; ++i) {
+        euler(state, math<Scalar>::heading(state.theta), torque, outside);
+      }
+    } else if constexpr (math<Scalar>::has_order) {
+      const Disturbance<Base> calm = {Base(0), Base(0)};
+      const Disturbance<Base>& acting = outside != nullptr ? *outside : calm;
+      const Scalar linear = acceleration_.linear(torque, acting);
+      const Scalar angular = acceleration_.angular(torque, acting);
+      // Moved in a copy: the caller's state never leaves its registers.
+      State<Scalar> moved = state;
+      for (int i = 0; i < substeps_; ++i) {
+        exact_motion(acceleration_, friction_, step_, linear, angular, moved);
+      }
+      state = moved;
+    }
+  }
+
+ private:
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr void euler(State<Scalar>& state, const Heading<Scalar>& heading,
+                                      const TorquePair<Scalar>& torque,
+                                      const Disturbance<Base>* outside) const {
+    const Scalar sum = torque.left + torque.right;
+    const Scalar difference = torque.left - torque.right;
+    if (outside != nullptr) {
+      state.v = state.v + outside->force * force_gain_;
+      state.omega = state.omega + outside->moment * moment_gain_;
+    }
+    const State<Scalar> before = state;
+    state.v = state.v + sum * drive_gain_;
+    state.omega = state.omega + difference * steer_gain_;
+    if constexpr (traits::is_floating_point<Scalar>) {
+      if (!has_friction_) {
+        // The sums below with what is known before the torque summed first: it is known last, and
+        // everything waits for it. Many lanes at once have no waiting to shorten.
+        const Scalar coasted = before.v * step_;
+        const Base push = drive_gain_ * step_;
+        state.x = (state.x + coasted * heading.cosine) + sum * (heading.cosine * push);
+        state.y = (state.y + coasted * heading.sine) + sum * (heading.sine * push);
+        state.theta = (state.theta + before.omega * step_) + difference * (steer_gain_ * step_);
+        return;
+      }
+    }
+    if (has_friction_) {
+      State<Scalar> slowed_down = state;
+      apply_friction(slowed_down);
+      state.v = slowed_down.v;
+      state.omega = slowed_down.omega;
+    }
+    const Scalar distance = state.v * step_;
+    state.x = state.x + distance * heading.cosine;
+    state.y = state.y + distance * heading.sine;
+    state.theta = state.theta + state.omega * step_;
+  }
+
+  // Implicit in both kinds of friction, so that no step size makes it unstable or chatter.
+  template <class Scalar>
+  NFOPIDN_NOINLINE constexpr void apply_friction(State<Scalar>& state) const {
+    state.v = state.v * (Base(1) / (Base(1) + step_ * friction_.linear_rate));
+    state.omega = state.omega * (Base(1) / (Base(1) + step_ * friction_.angular_rate));
+    if (friction_.coulomb == Base(0)) return;
+    const Scalar turn = state.omega * friction_.half_track;
+    const Base per_radius = Base(1) / friction_.wheel_radius;
+    const TorquePair<Scalar> speeds = {(state.v + turn) * per_radius,
+                                       (state.v - turn) * per_radius};
+    const TorquePair<Scalar> impulse =
+        opposing_friction(friction_, speeds, friction_.coulomb * step_);
+    state.v = state.v + (impulse.left + impulse.right) * acceleration_.drive;
+    state.omega = state.omega + (impulse.left - impulse.right) * acceleration_.steer;
+  }
+
+  Acceleration<Base> acceleration_;
+  FrictionCoefficients<Base> friction_;
+  Integrator integrator_;
+  Base step_;        // [s]
+  Base drive_gain_;  // changes of v and omega in a step, per N m, N and N m
+  Base steer_gain_;
+  Base force_gain_;
+  Base moment_gain_;
+  int substeps_;
+  bool has_friction_;
+};
+
+}  // namespace nfopidn

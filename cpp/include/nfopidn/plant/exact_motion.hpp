@@ -1,0 +1,244 @@
+// L1. The robot's motion under constant torques, with the pose integrated to 1e-10.
+//
+// Between samples v and omega obey dv/dt = a - k v with constant a: linear in time, exponential
+// with viscous friction; Coulomb friction changes the constants each time a wheel stops, sticks or
+// breaks loose. Each piece between two such events is an exponential motion. All loops are bounded:
+// a step with more than max_pieces events goes through the last piece without looking for more.
+#pragma once
+
+#include "nfopidn/plant/exponential_motion.hpp"
+#include "nfopidn/plant/friction.hpp"
+
+namespace nfopidn {
+
+namespace exact {
+
+constexpr int max_pieces = 16;
+
+template <class Base>
+constexpr Base rounding = Base(4096) * kernel::Coefficients<Base>::epsilon;
+
+// The first time in (0, span] at which the function, positive just after 0, becomes negative;
+// span if it does not. The function rises and falls at most once each, `slope` being its
+// derivative; a dip below zero no deeper than rounding errors is none.
+template <class Scalar, class Base, class Function, class Slope>
+constexpr Scalar first_crossing(const Function& function, const Slope& slope, Base span) {
+  const auto value = [&](Base t) { return math<Scalar>::value(function(Scalar(t))); };
+  const auto slope_value = [&](Base t) { return math<Scalar>::value(slope(Scalar(t))); };
+  constexpr int bisections = 60;
+  Base low = Base(0);
+  Base high = span;
+  if (!(value(span) < Base(0))) {
+    if (!(slope_value(Base(0)) < Base(0))) return Scalar(span);
+    for (int i = 0; i < bisections; ++i) {  // to the bottom of the dip
+      const Base middle = (low + high) * Base(0.5);
+      (slope_value(middle) < Base(0) ? low : high) = middle;
+    }
+    if (!(value(low) < -rounding<Base>)) return Scalar(span);
+    high = low;
+    low = Base(0);
+  }
+  for (int i = 0; i < bisections; ++i) {
+    const Base middle = (low + high) * Base(0.5);
+    (value(middle) < Base(0) ? high : low) = middle;
+  }
+  // One Newton step in Scalar gives a dual number its partials.
+  const Scalar root = Scalar(high);
+  return root - function(root) / slope(root);
+}
+
+// A step with Coulomb friction: pieces between the events at which a wheel stops or breaks loose.
+template <class Scalar, class Base>
+class Stepper {
+ public:
+  using M = math<Scalar>;
+
+  constexpr Stepper(const Acceleration<Base>& acceleration,
+                    const FrictionCoefficients<Base>& friction, const Scalar& linear,
+                    const Scalar& angular, State<Scalar>& state)
+      : acceleration_(acceleration),
+        friction_(friction),
+        linear_(linear),
+        angular_(angular),
+        state_(state) {}
+
+  constexpr void run(Base span) {
+    Scalar rest = Scalar(span);
+    for (int piece = 0; piece < max_pieces && M::value(rest) > Base(0); ++piece) {
+      choose_friction();
+      if (stuck_[0] && stuck_[1]) {
+        state_.v = Scalar(Base(0));
+        state_.omega = Scalar(Base(0));
+        return;
+      }
+      const bool watch = piece + 1 < max_pieces;
+      rest = rest - (stuck_[0] || stuck_[1] ? pivot(rest, watch) : slide(rest, watch));
+    }
+  }
+
+ private:
+  constexpr Scalar wheel(int side, const Scalar& v, const Scalar& omega) const {
+    const Scalar turn = omega * (side == 0 ? friction_.half_track : -friction_.half_track);
+    return (v + turn) * (Base(1) / friction_.wheel_radius);
+  }
+
+  constexpr void set_wheels(const Scalar& left, const Scalar& right) {
+    state_.v = (left + right) * (friction_.wheel_radius * Base(0.5));
+    state_.omega = (left - right) * (friction_.wheel_radius * Base(0.5) / friction_.half_track);
+  }
+
+  // Settles, for both wheels, which way each slides or whether it sticks, and its friction.
+  constexpr void choose_friction() {
+    const Base c = friction_.coulomb;
+    const Scalar linear = linear_ - state_.v * friction_.linear_rate;
+    const Scalar angular = angular_ - state_.omega * friction_.angular_rate;
+    const Scalar smooth[2] = {wheel(0, linear, angular), wheel(1, linear, angular)};
+    bool still[2] = {};
+    for (int side = 0; side < 2; ++side) {
+      const Base speed = M::value(wheel(side, state_.v, state_.omega));
+      still[side] = (speed < 0 ? -speed : speed) <= rounding<Base>;
+      sign_[side] = speed < 0 ? Base(-1) : Base(1);
+      stuck_[side] = false;
+      push_[side] = Scalar(-c * sign_[side]);
+    }
+    if (still[0] && still[1]) {
+      const TorquePair<Scalar> motion = {smooth[0], smooth[1]};
+      const TorquePair<Scalar> both = opposing_friction(friction_, motion, c);
+      push_[0] = both.left;
+      push_[1] = both.right;
+    } else {
+      for (int side = 0; side < 2; ++side) {
+        if (!still[side]) continue;
+        const Scalar wanted =
+            (smooth[side] + push_[1 - side] * friction_.other) * (Base(-1) / friction_.own);
+        push_[side] = M::maximum(M::minimum(wanted, Scalar(c)), Scalar(-c));
+      }
+    }
+    for (int side = 0; side < 2; ++side) {
+      if (!still[side]) continue;
+      const Base push = M::value(push_[side]);
+      // A hair below the limit counts as loose: that is where a wheel has just broken away.
+      stuck_[side] = (push < 0 ? -push : push) < c * (Base(1) - rounding<Base>);
+      sign_[side] = push > 0 ? Base(-1) : Base(1);
+    }
+  }
+
+  // Both wheels slide. Returns the time it took.
+  constexpr Scalar slide(const Scalar& rest, bool watch) {
+    const Scalar drive = (push_[0] + push_[1]) * acceleration_.drive;
+    const Scalar steer = (push_[0] - push_[1]) * acceleration_.steer;
+    const ExponentialMotion<Scalar, Base> motion = {
+        state_.v,
+        state_.omega,
+        linear_ + drive - state_.v * friction_.linear_rate,
+        angular_ + steer - state_.omega * friction_.angular_rate,
+        friction_.linear_rate,
+        friction_.angular_rate};
+    const Base span = M::value(rest);
+    Scalar time = rest;
+    int stops = -1;
+    for (int side = 0; watch && side < 2; ++side) {
+      const auto speed = [&](const Scalar& t) {
+        return wheel(side, motion.speed(t), motion.turning(t)) * sign_[side];
+      };
+      const auto slope = [&](const Scalar& t) {
+        const Scalar v = motion.acceleration * remaining(motion.rate, t);
+        const Scalar omega = motion.turn_acceleration * remaining(motion.turn_rate, t);
+        return wheel(side, v, omega) * sign_[side];
+      };
+      const Scalar crossing = first_crossing<Scalar>(speed, slope, span);
+      if (M::value(crossing) < M::value(time)) {
+        time = crossing;
+        stops = side;
+      }
+    }
+    travel(motion, time, state_);
+    if (stops == 0) set_wheels(Scalar(Base(0)), wheel(1, state_.v, state_.omega));
+    if (stops == 1) set_wheels(wheel(0, state_.v, state_.omega), Scalar(Base(0)));
+    return time;
+  }
+
+  // One wheel sticks and the robot turns about it. Returns the time it took.
+  constexpr Scalar pivot(const Scalar& rest, bool watch) {
+    const int stuck = stuck_[0] ? 0 : 1;
+    const int moving = 1 - stuck;
+    const Base a = friction_.own;
+    const Base b = friction_.other;
+    const Base viscous = friction_.viscous;
+    const Scalar held = wheel(stuck, linear_, angular_) + push_[moving] * b;
+    const Scalar driven = wheel(moving, linear_, angular_) + push_[moving] * a;
+    const Scalar start = wheel(moving, state_.v, state_.omega);
+    const Base rate = viscous * (a - b * b / a);
+    const Scalar gain = driven - held * (b / a) - start * rate;
+    const auto moved = [&](const Scalar& t) { return start + gain * decay(rate, t).phi; };
+    // The friction that holds the stuck wheel, and how it changes.
+    const auto hold = [&](const Scalar& t) { return (moved(t) * (b * viscous) - held) * (1 / a); };
+    const auto hold_slope = [&](const Scalar& t) {
+      return gain * remaining(rate, t) * (b * viscous / a);
+    };
+    const Base c = friction_.coulomb;
+    const Base span = M::value(rest);
+    const Scalar stop = first_crossing<Scalar>(
+        [&](const Scalar& t) { return moved(t) * sign_[moving]; },
+        [&](const Scalar& t) { return gain * remaining(rate, t) * sign_[moving]; }, span);
+    const Scalar up =
+        first_crossing<Scalar>([&](const Scalar& t) { return Scalar(c) - hold(t); },
+                               [&](const Scalar& t) { return hold_slope(t) * Base(-1); }, span);
+    const Scalar down = first_crossing<Scalar>([&](const Scalar& t) { return Scalar(c) + hold(t); },
+                                               hold_slope, span);
+    Scalar time = rest;
+    bool stops = false;
+    if (watch && M::value(stop) < M::value(time)) {
+      time = stop;
+      stops = true;
+    }
+    const Scalar breaks = M::value(up) < M::value(down) ? up : down;
+    if (watch && M::value(breaks) < M::value(time)) {
+      time = breaks;
+      stops = false;
+    }
+    const Base v_share = friction_.wheel_radius * Base(0.5);
+    const Base omega_share = (moving == 0 ? Base(1) : Base(-1)) * v_share / friction_.half_track;
+    travel(ExponentialMotion<Scalar, Base>{start * v_share, start * omega_share, gain * v_share,
+                                           gain * omega_share, rate, rate},
+           time, state_);
+    if (stops) set_wheels(Scalar(Base(0)), Scalar(Base(0)));
+    return time;
+  }
+
+  // e^{-rate t}
+  static constexpr Scalar remaining(Base rate, const Scalar& t) { return decay(rate, t).left; }
+
+  const Acceleration<Base>& acceleration_;
+  const FrictionCoefficients<Base>& friction_;
+  const Scalar& linear_;
+  const Scalar& angular_;
+  State<Scalar>& state_;
+  Scalar push_[2] = {};  // friction at each wheel [N m]
+  Base sign_[2] = {};    // the way each wheel slides
+  bool stuck_[2] = {};
+};
+
+}  // namespace exact
+
+// `linear` and `angular` are the accelerations of torque and disturbance, without friction.
+template <class Scalar, class Base>
+NFOPIDN_NOINLINE constexpr void exact_motion(const Acceleration<Base>& acceleration,
+                                             const FrictionCoefficients<Base>& friction, Base span,
+                                             const Scalar& linear, const Scalar& angular,
+                                             State<Scalar>& state) {
+  if (friction.coulomb != Base(0)) {
+    exact::Stepper<Scalar, Base>(acceleration, friction, linear, angular, state).run(span);
+    return;
+  }
+  const exact::ExponentialMotion<Scalar, Base> motion = {
+      state.v,
+      state.omega,
+      linear - state.v * friction.linear_rate,
+      angular - state.omega * friction.angular_rate,
+      friction.linear_rate,
+      friction.angular_rate};
+  exact::travel(motion, Scalar(span), state);
+}
+
+}  // namespace nfopidn

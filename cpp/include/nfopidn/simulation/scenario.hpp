@@ -1,0 +1,191 @@
+// L3. A scenario: everything about a run but the controller.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "nfopidn/loop/closed_loop.hpp"
+#include "nfopidn/math/random.hpp"
+#include "nfopidn/parallel/interruption.hpp"
+#include "nfopidn/simulation/samples.hpp"
+
+namespace nfopidn {
+
+// At the start: given, or the reference's own.
+struct InitialVelocity {
+  bool reference = false;
+  std::array<double, 2> value = {0, 0};  // v [m/s], omega [rad/s]
+};
+
+struct Scenario {
+  Trajectory trajectory;
+  Robot<double> robot;
+  std::optional<std::array<double, 3>> initial_pose;  // x, y [m], theta [rad]
+  InitialVelocity initial_velocity;
+  double torque_limit = 3.078;  // [N m]
+  bool feedforward = true;
+  Integrator integrator = Integrator::semi_implicit_euler;
+  int substeps = 1;
+  // Force [N] and moment [N m]: one pair for the whole run, or one a sample.
+  std::vector<std::array<double, 2>> disturbance = {{0, 0}};
+  double viscous_friction = 0;
+  double coulomb_friction = 0;
+  std::array<double, 2> pose_noise = {0, 0};
+  int delay = 0;
+  double divergence_distance = 10;
+  std::uint64_t seed = 0;
+
+  // The scenario of the paper's figures, as it can be read (docs/reproduction.md).
+  static Scenario published() {
+    Scenario scenario;
+    make_trajectory(TrajectorySettings{}, scenario.trajectory);
+    scenario.initial_pose = {4.0, 0.0, 1.0472};
+    return scenario;
+  }
+
+  // All but trajectory and robot, which have fields of their own.
+  template <class Visitor>
+  static constexpr void fields(Visitor&& visit) {
+    using S = Scenario;
+    visit(field("initial_pose", &S::initial_pose, "m, m, rad", between(-1e9, 1e9),
+                "pose x, y, theta at the start; null (in words: reference): the reference's",
+                "pose"));
+    visit(field("initial_velocity", &S::initial_velocity, "m/s, rad/s", between(-1e3, 1e3),
+                "v, omega at the start, or \"reference\"", "velocity"));
+    visit(field("torque_limit", &S::torque_limit, "N m", between(1e-6, 1e6),
+                "limit of each wheel's total torque"));
+    visit(field("feedforward", &S::feedforward, "", any_number(),
+                "the controller adds the reference torques"));
+    visit(field("integrator", &S::integrator, "", any_number(), "of the robot's motion"));
+    visit(field("substeps", &S::substeps, "", between(1, 10000), "integration steps in a sample"));
+    visit(field("disturbance", &S::disturbance, "N, N m", between(-1e6, 1e6),
+                "force along the robot and moment, constant or one pair a sample"));
+    visit(field("viscous_friction", &S::viscous_friction, "N m s/rad", between(0, 1e3),
+                "viscous friction at each wheel", "viscous"));
+    visit(field("coulomb_friction", &S::coulomb_friction, "N m", between(0, 1e3),
+                "Coulomb friction at each wheel", "coulomb"));
+    visit(field("pose_noise", &S::pose_noise, "m, rad", between(0, 1e3),
+                "standard deviations of measured position and heading", "noise"));
+    visit(field("delay", &S::delay, "samples", between(0, maximum_delay),
+                "from measurement to applied torque"));
+    visit(field("divergence_distance", &S::divergence_distance, "m", between(1e-3, 1e6),
+                "a run further than this from its reference has diverged"));
+    visit(field("seed", &S::seed, "", between(0, 9007199254740992.0), "of the random draws"));
+  }
+};
+
+// A scenario made ready to run: samples as the loop takes them.
+struct PreparedRun {
+  std::vector<ReferenceSample<double>> reference;
+  std::vector<Measurement<double>> noise;  // empty without noise
+  std::vector<Disturbance<double>> disturbance;
+  State<double> start;
+  DifferentialDrive<double> plant;
+  ControlLimits<double> limits;
+  LoopInputs<double> inputs() const;
+  // How this thread's present work is interrupted.
+  Poll poll() const { return Interruption::poll(scenario->substeps); }
+  const Scenario* scenario;
+};
+
+namespace detail {
+
+inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen::Index k) {
+  const Trajectory& t = scenario.trajectory;
+  const TorquePair<double> torque =
+      inverse_dynamics(scenario.robot, t.acceleration(k), t.turn_acceleration(k));
+  return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
+          t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
+}
+
+inline State<double> start_state(const Scenario& scenario) {
+  const Trajectory& t = scenario.trajectory;
+  const std::array<double, 3> pose =
+      scenario.initial_pose.value_or(std::array<double, 3>{t.x(0), t.y(0), t.theta(0)});
+  const InitialVelocity& velocity = scenario.initial_velocity;
+  const std::array<double, 2> speeds =
+      velocity.reference ? std::array<double, 2>{t.v(0), t.omega(0)} : velocity.value;
+  return {pose[0], pose[1], pose[2], speeds[0], speeds[1]};
+}
+
+}  // namespace detail
+
+// The scenario must outlive what is prepared from it, and its trajectory must not be empty.
+PreparedRun prepare(const Scenario&& scenario) = delete;
+inline PreparedRun prepare(const Scenario& scenario) {
+  const StandardArithmetic arithmetic;
+  const Trajectory& t = scenario.trajectory;
+  PreparedRun run{{},
+                  {},
+                  {},
+                  detail::start_state(scenario),
+                  DifferentialDrive<double>(scenario.robot,
+                                            {scenario.viscous_friction, scenario.coulomb_friction},
+                                            scenario.integrator, t.dt(), scenario.substeps),
+                  {scenario.torque_limit, std::max(t.peak_speed(), least_speed_scale), t.dt()},
+                  &scenario};
+  const auto count = static_cast<std::size_t>(t.size());
+  run.reference.reserve(count);
+  for (Eigen::Index k = 0; k < t.size(); ++k) {
+    run.reference.push_back(detail::reference_sample(scenario, k));
+  }
+  for (const auto& pair : scenario.disturbance) run.disturbance.push_back({pair[0], pair[1]});
+  if (scenario.pose_noise[0] > 0 || scenario.pose_noise[1] > 0) {
+    Random random(scenario.seed);
+    run.noise.resize(count);
+    for (auto& sample : run.noise) {
+      constexpr std::ptrdiff_t seldom = 4096;
+      if ((&sample - run.noise.data()) % seldom == 0 && Interruption::stops_here()) break;
+      sample.x = scenario.pose_noise[0] * random.normal();
+      sample.y = scenario.pose_noise[0] * random.normal();
+      sample.theta = scenario.pose_noise[1] * random.normal();
+    }
+  }
+  return run;
+}
+
+inline LoopInputs<double> PreparedRun::inputs() const {
+  LoopInputs<double> in;
+  in.reference = reference.data();
+  in.samples = static_cast<int>(reference.size());
+  in.noise = noise.empty() ? nullptr : noise.data();
+  const bool calm =
+      disturbance.size() == 1 && disturbance[0].force == 0 && disturbance[0].moment == 0;
+  in.disturbance = calm ? nullptr : disturbance.data();
+  in.disturbance_by_sample = disturbance.size() > 1;
+  in.delay = scenario->delay;
+  in.feedforward = scenario->feedforward;
+  in.divergence_distance = scenario->divergence_distance;
+  return in;
+}
+
+// What is wrong with a scenario as a whole, its fields each being in range.
+inline Finding check_consistency(const Scenario& scenario) {
+  const Trajectory& t = scenario.trajectory;
+  const auto samples = static_cast<std::size_t>(t.size());
+  if (samples < minimum_samples) {
+    return {Status::wrong_size, "trajectory", static_cast<double>(samples),
+            between(minimum_samples, maximum_samples)};
+  }
+  const std::size_t disturbances = scenario.disturbance.size();
+  if (disturbances != 1 && disturbances != samples) {
+    return {Status::wrong_size, "disturbance", static_cast<double>(disturbances),
+            between(static_cast<double>(samples), static_cast<double>(samples))};
+  }
+  const State<double> start = detail::start_state(scenario);
+  // The field's range is that of positions: as far as those of a path.
+  const Range angle_range = between(-1e6, 1e6);
+  if (scenario.initial_pose.has_value() && !angle_range.contains(start.theta)) {
+    return {Status::out_of_range, "initial_pose", start.theta, angle_range};
+  }
+  const double distance = std::hypot(start.x - t.x(0), start.y - t.y(0));
+  if (distance > scenario.divergence_distance) {
+    return {Status::inconsistent, "initial_pose", distance,
+            between(0, scenario.divergence_distance)};
+  }
+  return {};
+}
+
+}  // namespace nfopidn

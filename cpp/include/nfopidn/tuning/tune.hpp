@@ -1,0 +1,325 @@
+// L4. Tuning: the cost of a controller's parameters as an objective for the searches.
+#pragma once
+
+#include "nfopidn/math/ordered_sums.hpp"
+#include "nfopidn/parallel/thread_pool.hpp"
+#include "nfopidn/search/method.hpp"
+#include "nfopidn/tuning/batch.hpp"
+#include "nfopidn/tuning/structures.hpp"
+
+namespace nfopidn {
+
+// How finely a search looks at small parameters: see Box::power. Good gains and orders lie near the
+// lower end of generous bounds.
+inline Point tuning_powers(const Point& low) {
+  return (low.array() >= 0).select(Point::Constant(low.size(), 2), Point::Ones(low.size()));
+}
+// The same for the free parameters of a structure, of which some have a power of their own.
+inline Point tuning_powers(const Structure& structure, const FreeParameters& parameters,
+                           const Point& low) {
+  Point power = tuning_powers(low);
+  const std::vector<ParameterBounds> bounds = default_bounds(structure);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const double own = bounds[i].power;
+    if (own < 0 || parameters.source[i] < 0) continue;
+    const Eigen::Index place = parameters.source[i];
+    if (own != Box::logarithmic || low(place) > 0) power(place) = own;
+  }
+  return power;
+}
+
+// The weight of each scenario's cost in the mean of the worst `share` of them.
+inline Eigen::VectorXd worst_share_weights(const Eigen::VectorXd& costs, double share) {
+  const double worst = std::max(share * static_cast<double>(costs.size()), 1.0);
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(costs.size());
+  double left = worst;
+  const std::vector<Eigen::Index> order = ranking(costs);
+  for (auto place = order.rbegin(); place != order.rend() && left > 0; ++place) {
+    weight(*place) = std::min(left, 1.0) / worst;
+    left -= 1;
+  }
+  return weight;
+}
+
+// Cost of a controller over scenarios: the mean of the worst `share` of them (the conditional value
+// at risk), so that 1 is the mean and 0 the worst case.
+class TuneObjective : public Objective {
+ public:
+  // The scenarios must outlive this.
+  TuneObjective(const std::vector<const Scenario*>& scenarios, const Structure& structure,
+                FreeParameters parameters, int dimension, double share, int threads)
+      : structure_(structure),
+        parameters_(std::move(parameters)),
+        dimension_(dimension),
+        share_(share),
+        pool_(threads) {
+    for (const Scenario* scenario : scenarios) {
+      evaluators_.emplace_back(prepare(*scenario), structure.settings);
+    }
+  }
+
+  bool has_gradient() const override { return true; }
+  bool is_cheap() const override { return true; }
+  // A moment's worth, so that a time limit is kept and little is lost to it; but enough for the
+  // lanes, or for the threads.
+  Eigen::Index most_at_once() const override {
+    double steps = 0;  // of a candidate
+    for (const BatchEvaluator& one : evaluators_) {
+      const PreparedRun& run = one.run();
+      steps += static_cast<double>(run.reference.size()) * run.scenario->substeps;
+    }
+    constexpr double published = 751;
+    constexpr Eigen::Index widest_block = 32;  // of lanes
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
+    const bool single = runs_one_by_one();
+    const auto affordable =
+        static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
+    const Eigen::Index fewest = (single ? 1 : widest_block) * pool_.size();
+    return std::max({affordable, fewest / scenarios, Eigen::Index{1}});
+  }
+  Eigen::Index partials_at_once() const override {
+    return runs_one_by_one() ? pool_.size() : dimension_;
+  }
+
+  void costs(const Points& points, double* costs) override {
+    bounded_costs(points, nullptr, costs);
+  }
+  void bounded_costs(const Points& points, const double* bounds, double* costs) override {
+    const StandardArithmetic arithmetic;
+    const std::vector<double> laws = laws_of(points);
+    const Eigen::Index count = points.cols();
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
+    if (scenarios == 1) {
+      share_out_costs(laws, count, bounds, costs);
+      return;
+    }
+    Eigen::VectorXd each_bound;
+    if (bounds != nullptr) {
+      // The mean of the worst is no less than what one of them gives to it.
+      const double worst = std::max(share_ * static_cast<double>(scenarios), 1.0);
+      each_bound = Eigen::Map<const Eigen::VectorXd>(bounds, count) * worst;
+    }
+    Eigen::MatrixXd each(count, scenarios);
+    share_out_costs(laws, count, bounds != nullptr ? each_bound.data() : nullptr, each.data());
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const Eigen::VectorXd row = each.row(j);
+      costs[j] = dot(row, worst_share_weights(row, share_));
+    }
+  }
+
+  // The cost and its gradient.
+  double gradient(const Point& point, double* slopes) {
+    return partials(point, 0, dimension_, slopes);
+  }
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
+    const StandardArithmetic arithmetic;
+    const std::size_t size = law_size();
+    std::vector<double> law(size), directions(size * static_cast<std::size_t>(count));
+    differentiate_law(point, first, count, law, directions);
+    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
+    Eigen::VectorXd each(scenarios);
+    Eigen::MatrixXd each_slopes(count, scenarios);
+    constexpr int together = 16;  // directions that take hardly longer than half of them
+    over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
+      const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
+          law.data(), directions.data() + static_cast<std::size_t>(from) * size,
+          static_cast<int>(there), each_slopes.col(scenario).data() + from);
+      if (from == 0) each(scenario) = cost;
+    });
+    const Eigen::VectorXd weight = worst_share_weights(each, share_);
+    Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
+    return dot(each, weight);
+  }
+
+ private:
+  // Whether a memory beyond that of the lanes makes each candidate and direction a run of its own.
+  bool runs_one_by_one() const { return structure_.settings.memory + 2 > batch_capacity; }
+
+  // The numbers of the law at a point, and how they change with its coordinates first .. first +
+  // count - 1.
+  void differentiate_law(const Point& point, Eigen::Index first, Eigen::Index count,
+                         std::vector<double>& law, std::vector<double>& directions) const {
+    const std::size_t size = law_size();
+    std::vector<Dual<double>> x(static_cast<std::size_t>(dimension_)), fused(size);
+    double* slope = directions.data();
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      for (Eigen::Index k = 0; k < dimension_; ++k) {
+        x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
+      }
+      parameters_to_law(structure_, parameters_.full(x.data()), fused.data());
+      for (std::size_t n = 0; n < size; ++n) {
+        law[n] = fused[n].value;
+        *slope++ = fused[n].slope;
+      }
+    }
+  }
+
+  // Calls run(scenario, first, count) until each scenario has all of `size` things, which are
+  // shared out in pieces of `together`.
+  template <class Run>
+  void over_scenarios(std::ptrdiff_t size, std::ptrdiff_t together, const Run& run) {
+    const auto scenarios = static_cast<std::ptrdiff_t>(evaluators_.size());
+    pool_.for_each_share(scenarios * size, together,
+                         [&](std::ptrdiff_t first, std::ptrdiff_t count) {
+                           while (count > 0) {
+                             const std::ptrdiff_t from = first % size;
+                             const std::ptrdiff_t there = std::min(count, size - from);
+                             run(first / size, from, there);
+                             first += there;
+                             count -= there;
+                           }
+                         });
+  }
+
+  // costs: [scenarios][count], bounds: [count].
+  void share_out_costs(const std::vector<double>& laws, Eigen::Index count, const double* bounds,
+                       double* costs) {
+    constexpr int together = 8;  // candidates, with the widest instructions
+    over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
+      evaluators_[static_cast<std::size_t>(scenario)].costs_of_laws(
+          laws.data() + static_cast<std::size_t>(first) * law_size(), static_cast<int>(there),
+          costs + scenario * count + first, bounds == nullptr ? nullptr : bounds + first);
+    });
+  }
+
+  std::vector<double> laws_of(const Points& points) const {
+    const std::size_t size = law_size();
+    std::vector<double> laws(static_cast<std::size_t>(points.cols()) * size);
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      parameters_to_law(structure_, parameters_.full(points.col(j).data()),
+                        laws.data() + static_cast<std::size_t>(j) * size);
+    }
+    return laws;
+  }
+
+  std::size_t law_size() const {
+    return static_cast<std::size_t>(
+        nfopidn::law_size(structure_.settings, structure_.settings.memory + 2));
+  }
+
+  std::vector<BatchEvaluator> evaluators_;
+  Structure structure_;
+  FreeParameters parameters_;
+  int dimension_;
+  double share_;
+  ThreadPool pool_;
+};
+
+// A tuning for programs; all of its parameters are free within their default bounds.
+struct TuningTask {
+  std::vector<const Scenario*> scenarios;
+  Structure structure;
+  std::vector<double> start;  // parameters known to be good; may be empty
+  std::int64_t evaluations = 10000;
+  std::uint64_t seed = 0;
+  double share = 1;
+  int threads = 1;
+  std::function<bool()> interrupted;  // asked now and then; true ends the search
+  MethodOptions method = {};          // bfoa+ with its default options
+};
+
+// The share of a search for free taps that looks for gains and orders to start from.
+constexpr double start_share = 0.3;
+
+// x is empty where the search was interrupted before it knew a first cost.
+struct TuningResult : SearchResult {
+  Structure structure;  // what x stands for: the task's, with the lateral channel chosen
+};
+
+namespace detail {
+
+inline SearchResult run_stage(const TuningTask& task, const SearchSession::Callback& callback) {
+  const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
+  const auto size = static_cast<Eigen::Index>(bounds.size());
+  Point low(size), high(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    low(i) = bounds[static_cast<std::size_t>(i)].low;
+    high(i) = bounds[static_cast<std::size_t>(i)].high;
+  }
+  TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(bounds.size()),
+                          static_cast<int>(size), task.share, task.threads);
+  const Point power = tuning_powers(task.structure, FreeParameters::all(bounds.size()), low);
+  SearchSession search(objective, {low, high, power}, {task.evaluations}, task.seed);
+  if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
+  search.keeps_record = false;
+  search.set_callback(callback);
+  search.set_interruption(task.interrupted);
+  run_method(search, task.method);
+  return search.result;
+}
+
+// Gains and orders for free taps to start from: a task of its own, by the default method whatever
+// the task's is, and its answer as taps.
+inline SearchResult find_start(TuningTask task, const SearchSession::Callback& callback) {
+  const ParameterSet wanted = task.structure.parameters;
+  task.structure.parameters = ParameterSet::orders_by_channel;
+  if (task.evaluations >= unlimited_budget) task.evaluations = default_budget({});
+  task.method = {};
+  task.evaluations = std::max<std::int64_t>(
+      1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
+  SearchResult found = run_stage(task, callback);
+  if (found.x.size() == 0) return found;
+  std::vector<double> taps = parameters_of(
+      wanted, design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end())));
+  task.structure.parameters = wanted;
+  // Within what free taps are searched for: gains and orders may make larger ones.
+  const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    taps[i] = std::min(bounds[i].high, std::max(bounds[i].low, taps[i]));
+  }
+  const int size = static_cast<int>(taps.size());
+  TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(taps.size()), size,
+                          task.share, task.threads);
+  found.x = Eigen::Map<const Point>(taps.data(), size);
+  objective.costs(found.x, &found.cost);
+  found.population = found.x;
+  found.population_costs = Eigen::VectorXd::Constant(1, found.cost);
+  return found;
+}
+
+}  // namespace detail
+
+// Called after each chemotactic step with the evaluations and the least cost of all stages so far.
+using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
+
+inline TuningResult run_tuning(TuningTask task, const TuningCallback& callback = {}) {
+  const StandardArithmetic arithmetic;
+  TuningResult best;
+  best.structure = task.structure;
+  std::int64_t spent = 0;
+  const auto report = [&](const SearchResult& stage) {
+    if (callback) callback(spent + stage.evaluations, std::min(best.cost, stage.cost));
+    return true;
+  };
+  const auto keep = [&](const SearchResult& found, const Structure& structure) {
+    spent += found.evaluations;
+    task.evaluations -= found.evaluations;
+    if (found.cost < best.cost || best.x.size() == 0) {
+      static_cast<SearchResult&>(best) = found;
+      best.structure = structure;
+    }
+    best.reason = found.reason;  // the last stage's
+  };
+  const auto goes_on = [&] {
+    return best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
+  };
+  if (task.structure.parameters == ParameterSet::taps && task.start.empty()) {
+    keep(detail::find_start(task, report), task.structure);
+    task.start.assign(best.x.begin(), best.x.end());
+  }
+  if (!task.structure.either_lateral) {
+    if (goes_on()) keep(detail::run_stage(task, report), task.structure);
+  } else {
+    for (const Lateral lateral : free_tap_laterals) {
+      TuningTask one = task;
+      one.structure.settings.lateral = lateral;
+      if (lateral == free_tap_laterals[0]) one.evaluations -= task.evaluations / 2;
+      if (one.evaluations > 0 && goes_on()) keep(detail::run_stage(one, report), one.structure);
+    }
+  }
+  best.evaluations = spent;
+  return best;
+}
+
+}  // namespace nfopidn

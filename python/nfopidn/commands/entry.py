@@ -1,0 +1,283 @@
+"""The command `nfopidn`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from math import isfinite
+from typing import Any
+
+import nfopidn
+from nfopidn.arguments import check_encoding
+from nfopidn.commands.compare import add_compare
+from nfopidn.commands.report import add_report
+from nfopidn.commands.study import add_study
+from nfopidn.console import shows_progress
+from nfopidn.files import (
+    check_outputs,
+    check_picture,
+    collect_fault,
+    load_controller,
+    load_nfopidn,
+    raise_kept,
+    save_picture,
+)
+from nfopidn.search.interrupts import EXIT_INTERRUPTED, heeded_signals
+from nfopidn.search.optimise import FIRST_STAGE, LATERAL_STAGES, MESSAGES, METHODS
+
+EXIT_BAD_INPUT = 2
+EXIT_DIVERGED = 3
+EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
+
+
+def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
+    """Read NAME=VALUE words; a value is a text, a number or two numbers with a colon."""
+    result: dict[str, Any] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        parts = value.split(":")
+        if not equals or (numbers and len(parts) != numbers):
+            form = {0: "NAME=NAME", 1: "NAME=NUMBER", 2: "NAME=LOW:HIGH"}[numbers]
+            raise ValueError(f"--{option} {word}: must be {form}")
+        try:
+            read = tuple(float(part) for part in parts) if numbers else value
+        except ValueError:
+            raise ValueError(f"--{option} {word}: {value} is no number") from None
+        if numbers and not all(isfinite(float(number)) for number in read):
+            raise ValueError(f"--{option} {word}: must be finite")
+        if name in result:
+            raise ValueError(f"--{option} {word}: {name} is given twice")
+        result[name] = read[0] if numbers == 1 else read
+    return result
+
+
+def _options(words: Sequence[str]) -> dict[str, float]:
+    pairs = _pairs(words, "option", 1)
+    return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
+
+
+def _tune(arguments: argparse.Namespace) -> int:
+    """Tune and write; Ctrl-C and SIGTERM end the search, a second one ends the program."""
+    signals = (signal.SIGINT, signal.SIGTERM)
+    with heeded_signals(signals, second_ends=True) as requests:
+        code = _tune_and_write(arguments)
+    return EXIT_INTERRUPTED if requests.asked else code
+
+
+def _tune_and_write(arguments: argparse.Namespace) -> int:
+    scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
+    start = load_controller(arguments.start) if arguments.start else None
+    check_picture(arguments.plot)
+    outputs = {
+        "--output": arguments.output,
+        "--result": arguments.result,
+        "--plot": arguments.plot,
+        "--checkpoint": arguments.checkpoint,
+    }
+    if arguments.checkpoint and arguments.structure == "taps":  # whose stages have their own
+        for stage in (FIRST_STAGE, *filter(None, LATERAL_STAGES.values())):
+            outputs[f"--checkpoint{stage}"] = arguments.checkpoint + stage
+    check_outputs(
+        outputs,
+        inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
+    )
+    faults: list[OSError | ValueError] = []
+    try:
+        result = nfopidn.tune(
+            scenarios or None,
+            structure=arguments.structure,
+            bounds=_pairs(arguments.bound, "bound", 2) or None,
+            method=arguments.method,
+            options=_options(arguments.option),
+            rng=arguments.seed,
+            maxfev=arguments.maxfev,
+            maxtime=arguments.maxtime,
+            stopval=arguments.stopval,
+            workers=arguments.workers,
+            checkpoint=arguments.checkpoint,
+            progress=shows_progress(arguments.quiet),
+            frozen=_pairs(arguments.freeze, "freeze", 1),
+            tied=_pairs(arguments.tie, "tie", 0),
+            start=start,
+            worst_share=arguments.worst_share,
+        )
+    except ValueError as error:  # the checkpoint cannot be written any more
+        best = getattr(error, "best", None)
+        if not isinstance(best, nfopidn.TuneResult):
+            raise
+        result = best
+        faults.append(error)
+    with collect_fault(faults):
+        result.controller.save(arguments.output)
+    if arguments.result:
+        with collect_fault(faults):
+            result.to_json(arguments.result)
+    if arguments.plot:
+        with collect_fault(faults):
+            save_picture(result.plot().figure, arguments.plot)
+    if not arguments.quiet:
+        print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
+        print(f"seed {result.seed}. {result.message}")
+        for name, value in result.numbers():
+            print(f"  {name:12} {value}")
+        print(f"written: {arguments.output}" if not faults else "not all could be written")
+    raise_kept(faults)
+    if result.message == MESSAGES["interrupted"]:
+        return EXIT_INTERRUPTED
+    if not result.success:
+        print(f"nfopidn: {result.message}", file=sys.stderr)
+        return EXIT_DIVERGED
+    return 0
+
+
+def _add_tune(commands: Any) -> None:
+    parser = commands.add_parser(
+        "tune",
+        help="search for a controller's gains and orders",
+        description="Searches for the gains and orders of least cost (eq. 41) and writes them as a "
+        "controller file, which nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or "
+        "bad file, 3 the best controller that was found diverges, 130 interrupted (by Ctrl-C or "
+        "SIGTERM; the best so far is written).",
+    )
+    add = parser.add_argument
+    add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
+    add(
+        "--scenario",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="scenario file; may be given several times; default: the published scenario",
+    )
+    add(
+        "--structure",
+        default="paper",
+        help="paper, decoupled, incremental, extended or taps, or a rival: "
+        + ", ".join(nfopidn.Rival.laws())
+        + " (%(default)s)",
+    )
+    add("--method", default=METHODS[0], help=f"one of {', '.join(METHODS)} (%(default)s)")
+    add("--option", action="append", default=[], metavar="NAME=NUMBER", help="of the method")
+    add("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="of a parameter")
+    add("--freeze", action="append", default=[], metavar="NAME=NUMBER", help="keep a parameter")
+    add("--tie", action="append", default=[], metavar="NAME=NAME", help="make one equal another")
+    add("--start", metavar="FILE", help="controller file to start from")
+    add(
+        "--worst-share",
+        type=float,
+        default=1.0,
+        help="share of the worst scenarios that counts (%(default)s: all)",
+    )
+    add("--seed", type=int, help="default: drawn, and printed")
+    add("--maxfev", type=int, help="evaluations (10000 for bfoa+ and cma, one schedule for bfoa)")
+    add("--maxtime", type=float, help="most time [s]")
+    add("--stopval", type=float, help="end at this cost")
+    add("--workers", type=int, default=1, help="threads (%(default)s)")
+    add("--checkpoint", metavar="FILE", help="go on from here after an interruption")
+    add("--result", metavar="FILE", help="write the whole result (JSON)")
+    add("--plot", metavar="FILE", help="draw the convergence")
+    add("--quiet", action="store_true", help="print nothing")
+    parser.set_defaults(run=_tune)
+
+
+def _export(arguments: argparse.Namespace) -> int:
+    controller = load_nfopidn(arguments.controller)
+    scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
+    written = []
+    in_c = arguments.c or not arguments.cpp
+    if arguments.hardware and not in_c:
+        raise ValueError("--hardware is written in C; give --c too")
+    if arguments.longest_step is not None and not arguments.hardware:
+        raise ValueError("--longest-step is the odometry's; give --hardware too")
+    if in_c:
+        name = "nfopidn" if arguments.name is None else arguments.name
+        written += nfopidn.export_c(
+            controller,
+            arguments.output,
+            scenario=scenario,
+            name=name,
+            hardware=arguments.hardware,
+            reference=arguments.reference,
+            longest_step=arguments.longest_step,
+        )
+    if arguments.cpp:
+        name = "nfopidn_controller" if arguments.name is None else arguments.name
+        written += nfopidn.export_cpp(
+            controller,
+            arguments.output,
+            scenario=scenario,
+            name=name,
+            reference=arguments.reference,
+        )
+    for path in written:
+        print(path)
+    return 0
+
+
+def _add_export(commands: Any) -> None:
+    parser = commands.add_parser(
+        "export",
+        help="write a controller as source code for a microcontroller",
+        description="Writes a controller file as C99 (one header, one source, needs nothing else) "
+        "or as a C++ header on the library's core, in single precision.",
+    )
+    add = parser.add_argument
+    add("controller", metavar="CONTROLLER", help="controller file")
+    add("--c", action="store_true", help="write NAME.h and NAME.c (the default)")
+    add("--cpp", action="store_true", help="write NAME.hpp")
+    add("-o", "--output", default=".", metavar="DIR", help="where to (%(default)s)")
+    add(
+        "--scenario",
+        metavar="FILE",
+        help="gives the torque limit, the peak speed, the robot, the sample time and the reference",
+    )
+    add(
+        "--hardware",
+        action="store_true",
+        help="in C, also NAME_hardware.h and .c: what stands between the law and a real robot; "
+        "needs --scenario",
+    )
+    add(
+        "--longest-step",
+        type=float,
+        metavar="METRES",
+        help="with --hardware: the farthest a wheel can roll in a sample; beyond, an encoder has "
+        "failed (ten times what the reference asks)",
+    )
+    add("--reference", action="store_true", help="also the reference, as a table; needs --scenario")
+    add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")
+    parser.set_defaults(run=_export)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code.
+
+    0 done, 2 bad input, 3 the best controller that tune has found diverges, 130 interrupted, 141
+    the reader of standard output has gone.
+    """
+    parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
+    parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_tune(commands)
+    _add_export(commands)
+    add_compare(commands)
+    add_report(commands)
+    add_study(commands)
+    try:
+        for word in sys.argv[1:] if words is None else words:
+            check_encoding("", word)
+        arguments = parser.parse_args(words)
+        code = int(arguments.run(arguments))
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nor at exit
+        return EXIT_BROKEN_PIPE
+    except (ValueError, OSError, ImportError) as error:
+        print(f"nfopidn: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        print("nfopidn: interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED

@@ -1,0 +1,327 @@
+"""Controllers against scenarios."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nfopidn._core import (
+    Controller,
+    Rival,
+    Scenario,
+    SimulationResult,
+    StopIf,
+    metric_fields,
+    simulate,
+)
+from nfopidn.arguments import check_sample_time, whole_number
+from nfopidn.comparison import tables
+from nfopidn.comparison.contenders import AnyController
+from nfopidn.comparison.ranking import Ranking, rank
+from nfopidn.comparison.suite import scenario_suite
+from nfopidn.console import progress as progress_bar
+
+#: A run has settled when its position error stays within this [m].
+SETTLED_WITHIN = 0.05
+
+Array = NDArray[np.float64]
+#: What compare() takes for one name: a controller, or one for each run.
+Entry = AnyController | Sequence[AnyController]
+
+
+def settling_time(run: SimulationResult) -> float:
+    """Give the last time [s] at which the position error exceeds 0.05 m.
+
+    0 if it never does; inf if the run diverges, or exceeds it at its last sample: it never settles.
+    """
+    if run.diverged_at is not None:
+        return np.inf
+    outside = np.flatnonzero(np.hypot(run.columns["e_x"], run.columns["e_y"]) > SETTLED_WITHIN)
+    if len(outside) == 0:
+        return 0.0
+    last = int(outside[-1])
+    return np.inf if last + 1 == len(run) else float(run.t[last])
+
+
+def torque_deviation(run: SimulationResult) -> float:
+    """Give the root mean square of the torques' distance from the reference's [N m]."""
+    columns = run.columns
+    left = columns["tau_ref_left"] - columns["tau_left"]
+    right = columns["tau_ref_right"] - columns["tau_right"]
+    return float(np.sqrt(np.mean(left**2 + right**2))) if len(left) else np.nan
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One figure of a run."""
+
+    unit: str
+    text: str
+    of: Callable[[SimulationResult], float]
+
+
+def _metric(name: str) -> Metric:
+    """Take one of the core's."""
+    unit, text = metric_fields()[name]
+    return Metric(unit, text, lambda run: float(run.metrics[name]))
+
+
+METRICS: dict[str, Metric] = {
+    **{name: _metric(name) for name in ("cost", "position_rms", "position_max", "heading_rms")},
+    "settling_time": Metric(
+        "s", "last time at which the position error exceeds 0.05 m", settling_time
+    ),
+    "torque_deviation": Metric(
+        "N m", "root mean square of torque less reference", torque_deviation
+    ),
+    **{name: _metric(name) for name in ("torque_variation", "torque_peak", "share_at_limit")},
+    "diverged": Metric(
+        "", "share of runs that diverged", lambda run: float(run.diverged_at is not None)
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What compare() returns.
+
+    Attributes
+    ----------
+    controllers, scenarios
+        their names
+    values
+        by metric: (controllers, scenarios, runs)
+    draws
+        (controllers, scenarios, runs), int: runs of a pair with the same number are one and the
+        same run, counted several times
+    first_runs
+        by the names of controller and scenario: the first run of the pair, a SimulationResult
+    optima
+        by the name of a scenario: the best open-loop cost known, or None where none was found
+    """
+
+    controllers: tuple[str, ...]
+    scenarios: tuple[str, ...]
+    values: dict[str, Array]
+    draws: NDArray[np.int64]  # as values: which runs of a pair are one and the same
+    first_runs: dict[tuple[str, str], SimulationResult]
+    #: The best open-loop cost known of a scenario; None: none was found.
+    optima: dict[str, float | None] = field(default_factory=dict)
+
+    def median(self, metric: str = "cost") -> Array:
+        """Give a metric's medians over the runs, (controllers, scenarios)."""
+        if metric not in self.values:
+            raise ValueError(f"metric is {metric!r}; must be one of {', '.join(self.values)}")
+        return np.median(self.values[metric], axis=2)
+
+    def join(self, others: Sequence[Comparison]) -> Comparison:
+        """Put the scenarios of others, with the same controllers and runs, behind one's own."""
+        parts = [self, *others]
+        return Comparison(
+            self.controllers,
+            tuple(name for part in parts for name in part.scenarios),
+            {
+                metric: np.concatenate([part.values[metric] for part in parts], axis=1)
+                for metric in METRICS
+            },
+            np.concatenate([part.draws for part in parts], axis=1),
+            {pair: run for part in parts for pair, run in part.first_runs.items()},
+            {name: cost for part in parts for name, cost in part.optima.items()},
+        )
+
+    def unit(self, metric: str) -> str:
+        """Give the unit of a metric, or an empty string where it has none."""
+        return METRICS[metric].unit
+
+    def ranking(self, scenario: str) -> Ranking:
+        """Rank the controllers on a scenario by their costs."""
+        if scenario not in self.scenarios:
+            known = ", ".join(self.scenarios)
+            raise ValueError(f"scenario is {scenario!r}; must be one of {known}")
+        place = self.scenarios.index(scenario)
+        costs, draws = self.values["cost"][:, place], self.draws[:, place]
+        return rank(list(self.controllers), costs, draws)
+
+    def with_optima(self, optima: Mapping[str, float | None]) -> Comparison:
+        """Give the same with costs of study.open_loop_optimum(); tables then tell multiples.
+
+        Raises
+        ------
+        ValueError
+            A scenario that is not compared on, a cost that is not positive.
+        """
+        for name, cost in optima.items():
+            if name not in self.scenarios:
+                known = ", ".join(self.scenarios)
+                raise ValueError(f"optima names {name!r}; must be one of {known}")
+            if cost is not None and not (np.isfinite(cost) and cost > 0):
+                raise ValueError(f"optima[{name!r}] is {cost}; must be greater than 0, or None")
+        return replace(self, optima={**self.optima, **optima})
+
+    def to_markdown(self, metric: str = "cost") -> str:
+        """Give a table of medians, a row a controller and a column a scenario."""
+        return tables.markdown(self, metric)
+
+    def details(self, scenario: str) -> str:
+        """Give a Markdown table of every metric on one scenario, in the order of the ranking."""
+        return tables.details(self, scenario)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write every figure: a row a controller, scenario and run."""
+        tables.write_csv(self, path)
+
+    def print(self, metric: str = "cost") -> None:
+        """Print the table: by rich in a terminal where it is installed, else as Markdown."""
+        tables.print_table(self, metric)
+
+    def plot(self, metric: str = "cost", ax: Any = None) -> Any:
+        """Draw a metric's medians as bars; returns the Axes."""
+        from nfopidn import plot
+
+        return plot.comparison(self, metric, ax=ax)
+
+
+def _named(controllers: Mapping[str, Entry] | Sequence[AnyController]) -> dict[str, list[Any]]:
+    if not isinstance(controllers, Mapping):
+        if isinstance(controllers, Controller | Rival):
+            controllers = [controllers]
+        controllers = {_name(one, place): one for place, one in enumerate(controllers)}
+    named: dict[str, list[Any]] = {}
+    for name, entry in controllers.items():
+        members: list[Any] = list(entry) if isinstance(entry, Iterable) else [entry]
+        if not members or not all(isinstance(one, Controller | Rival) for one in members):
+            raise ValueError(
+                f"controllers: {name!r} must be a Controller, a Rival or a list of them"
+            )
+        named[name] = members
+    if not named:
+        raise ValueError("controllers is empty")
+    lengths = {len(members) for members in named.values()} - {1}
+    if len(lengths) > 1:
+        raise ValueError(
+            f"controllers have lists of {sorted(lengths)} members; must be of one length"
+        )
+    return named
+
+
+def _name(controller: Any, place: int) -> str:
+    own = controller.law if isinstance(controller, Rival) else "NFOPIDN"
+    return f"{place + 1} {own}"
+
+
+def _check_sample_times(named: dict[str, list[Any]], scenarios: dict[str, Scenario]) -> None:
+    """Refuse before the first run what none of the runs could be."""
+    for name, members in named.items():
+        for place, scenario in scenarios.items():
+            try:
+                for member in members:
+                    check_sample_time(member, scenario)
+            except ValueError as error:
+                raise ValueError(f"{name!r} on {place!r}: {error}") from None
+
+
+def compare(
+    controllers: Mapping[str, Entry] | Sequence[AnyController],
+    scenarios: Mapping[str, Scenario] | Sequence[str] | None = None,
+    *,
+    seeds: int = 1,
+    workers: int = 1,
+    progress: bool = False,
+) -> Comparison:
+    """Run controllers on scenarios and compare what they do.
+
+    Parameters
+    ----------
+    controllers
+        By name, or a list: a Controller or a Rival each, or a list of them, such as of searches
+        with different seeds. Lists must be of one length; the member at a place is paired with the
+        others' there.
+    scenarios
+        By name, or names of scenario_suite(); None: all of the suite.
+    seeds
+        Draws of the noise for each member, in scenarios that have noise.
+    workers
+        Runs at a time.
+    progress
+        Whether to show a bar.
+
+    Returns
+    -------
+    Comparison
+        Ctrl-C ends the runs and raises KeyboardInterrupt.
+
+    Raises
+    ------
+    ValueError
+        Unknown scenario, lists of different lengths, nothing to compare.
+    """
+    whole_number("seeds", seeds, 1)
+    whole_number("workers", workers, 1)
+    named = _named(controllers)
+    chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
+    if not chosen or not all(isinstance(one, Scenario) for one in chosen.values()):
+        raise ValueError("scenarios must be Scenarios by name, at least one")
+    _check_sample_times(named, chosen)
+    count = max(len(members) for members in named.values()) * seeds
+    pairs = [(name, place) for name in named for place in chosen]
+    values = {metric: np.empty((len(named), len(chosen), count)) for metric in METRICS}
+    draws = np.empty((len(named), len(chosen), count), dtype=np.int64)
+    first: dict[tuple[str, str], SimulationResult] = {}
+
+    ended = threading.Event()
+
+    def work(pair: tuple[str, str]) -> tuple[list[SimulationResult], NDArray[np.int64]]:
+        with StopIf(ended.is_set):
+            return _runs(named[pair[0]], chosen[pair[1]], count, seeds, ended)
+
+    with (
+        progress_bar("comparing", len(pairs), progress) as report,
+        ThreadPoolExecutor(workers) as pool,
+        _set_on_error(ended),  # the pool waits for what it has begun
+    ):
+        for done, (pair, (runs, own)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
+            i, j = divmod(done, len(chosen))
+            first[pair] = runs[0]
+            draws[i, j] = own
+            for name, metric in METRICS.items():
+                values[name][i, j] = np.array([metric.of(run) for run in runs])[own]
+            report(done + 1, f"{pair[0]} on {pair[1]}")
+    return Comparison(tuple(named), tuple(chosen), values, draws, first)
+
+
+@contextmanager
+def _set_on_error(ended: threading.Event) -> Iterator[None]:
+    """Set the event when the block is left by an exception, as by Ctrl-C."""
+    try:
+        yield
+    except BaseException:
+        ended.set()
+        raise
+
+
+def _runs(
+    members: list[Any], scenario: Scenario, count: int, seeds: int, ended: threading.Event
+) -> tuple[list[SimulationResult], NDArray[np.int64]]:
+    """Give the runs that differ, and for each of `count` which of them it is."""
+    noisy = any(value > 0 for value in scenario.pose_noise)
+    known: dict[tuple[int, int], int] = {}
+    runs: list[SimulationResult] = []
+    own = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        if ended.is_set():
+            raise KeyboardInterrupt
+        member, draw = i // seeds % len(members), i % seeds if noisy else 0
+        if (member, draw) not in known:
+            known[member, draw] = len(runs)
+            drawn = scenario.replace(rng=draw) if noisy else scenario
+            runs.append(simulate(drawn, members[member]))
+        own[i] = known[member, draw]
+    return runs, own

@@ -1,0 +1,66 @@
+"""What stands between the law and a real robot, in C99."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nfopidn._core import Scenario, __version__
+from nfopidn.arguments import real_number
+from nfopidn.export.design import folded, fragment, literal, template
+from nfopidn.export.self_test import self_test_text
+
+_LONGEST_STEP = 1e6  # [m]
+_MARGIN = 10.0  # of the longest step over what a wheel rolls in a sample of the reference
+
+
+def _longest_step(scenario: Scenario, asked: float | None) -> np.float32:
+    """In metres: `asked`, or by the reference's fastest wheel."""
+    if asked is not None:
+        return np.float32(real_number("longest_step", asked, 1e-6, _LONGEST_STEP, " m"))
+    rows = np.asarray(scenario.reference)
+    turn = np.abs(rows[:, 4]) * (0.5 * scenario.robot.track_width)
+    rolled = float((np.abs(rows[:, 3]) + turn).max()) * scenario.trajectory.dt
+    if rolled == 0.0:
+        raise ValueError(
+            "the reference stands still and does not tell how far a wheel may roll in a sample; "
+            "give longest_step"
+        )
+    return np.float32(min(_MARGIN * rolled, _LONGEST_STEP))
+
+
+def hardware_texts(
+    scenario: Scenario, name: str, longest_step: float | None = None
+) -> dict[str, str]:
+    """Header and source by file."""
+    robot, dt = scenario.robot, np.float32(scenario.trajectory.dt)
+    mass, inertia = np.float32(robot.mass), np.float32(robot.inertia)
+    track, radius = np.float32(robot.track_width), np.float32(robot.wheel_radius)
+    one, two = np.float32(1), np.float32(2)
+    words = {
+        "name": name,
+        "name_reset": f"{name}_reset",
+        "guard": name.upper(),
+        "version": __version__,
+        "origin": folded([f"Robot: {robot!r}"], " * "),
+        "sample_time": literal(dt),
+        "track_width": literal(track),
+        "wheel_radius": literal(radius),
+        "longest_step": literal(_longest_step(scenario, longest_step)),
+        "compiler": template("compiler.c").substitute(name=name),
+        "functions": "\n".join(fragment(f"{part}.c") for part in ("angle", "bits", "heading")),
+        # As Acceleration and VelocityOutput compute them in float.
+        "drive": literal(dt * (one / (mass * radius))),
+        "steer": literal(dt * (track / (two * inertia * radius))),
+    }
+    words["self_test"] = self_test_text(
+        words,
+        function=f"{name}_hardware_self_test",
+        before=f"{name}_self_test()",
+        heading=True,
+        neuron=False,
+        guard=True,
+    )
+    return {
+        f"{name}_hardware.{kind}": template(f"hardware.{kind}").substitute(words)
+        for kind in ("h", "c")
+    }

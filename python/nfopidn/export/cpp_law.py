@@ -1,0 +1,59 @@
+"""The law as a C++ header on the core's own."""
+
+from __future__ import annotations
+
+from nfopidn._core import Controller, Scenario
+from nfopidn.export.design import (
+    DECOUPLED,
+    PAPER,
+    Design,
+    literal,
+    origin_of,
+    table,
+    template,
+)
+from nfopidn.export.reference import cpp_reference_text
+
+
+def law_text(
+    controller: Controller,
+    scenario: Scenario | None,
+    design: Design,
+    name: str,
+    *,
+    reference: Scenario | None,
+) -> str:
+    """Write the header; with a table if `reference` is a scenario."""
+    kind = {str(PAPER): "paper", str(DECOUPLED): "decoupled"}.get(str(design.allocation))
+    choices = {
+        "form": f"Form::{controller.form}",
+        "lateral": f"Lateral::{controller.lateral}",
+        "anti_windup": f"AntiWindup::{controller.anti_windup}",
+        "activation": f"Activation::{controller.activation}",
+        "frame": f"Frame::{controller.frame}",
+    }
+    if kind is None:
+        rows = ", ".join(
+            "{" + ", ".join(literal(share) for share in row) + "}" for row in design.allocation
+        )
+        allocation, structure = f"{{{{{rows}}}}}", "nfopidn::AnyStructure<float>"
+    else:
+        allocation = f"nfopidn::Allocation<float>::{kind}()"
+        words = [choices["form"], f"AllocationKind::{kind}", *list(choices.values())[1:]]
+        structure = "nfopidn::FixedStructure<\n        float, " + ",\n        ".join(
+            f"nfopidn::{word}" for word in words
+        )
+        structure += ">"
+    settings = [f"  chosen.{field} = nfopidn::{value};" for field, value in choices.items()]
+    settings.append(f"  chosen.allocation = {allocation};")
+    return template("law.hpp").substitute(
+        reference="" if reference is None else cpp_reference_text(reference),
+        name=name,
+        origin=origin_of(controller, scenario, "// "),
+        count=design.taps.shape[1],
+        limit=literal(design.limit),
+        structure=structure,
+        taps=table(design.taps),
+        settings="\n".join(settings),
+        speed_scale=literal(design.speed_scale),
+    )

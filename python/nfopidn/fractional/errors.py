@@ -1,0 +1,61 @@
+"""How far an operator is from the power of s that it is named after."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nfopidn.fractional import orders as checks
+
+Complex = NDArray[np.complex128]
+
+_CLOSE: Final = (0.01, 1.0)  # |magnitude ratio - 1| and degrees
+_FAR: Final = (0.2, 10.0)
+
+
+def worst_errors(ratio: Complex) -> tuple[float, float]:
+    """Return the largest |magnitude - 1| [-] and phase [degree] of ratios that should be 1."""
+    return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())
+
+
+def operator_errors(
+    response: Callable[[Any], Complex], order: float, edges: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the worst errors of a frequency response against (j omega)^order over a band."""
+    omega = checks.frequencies(edges)
+    return worst_errors(response(omega) / (1j * omega) ** order)
+
+
+def verdict(errors: tuple[float, float]) -> str:
+    """Return in words what errors of that size make of an operator."""
+    if _within(errors, _CLOSE):
+        return "a fractional operator"
+    if _within(errors, _FAR):
+        return "roughly a fractional operator"
+    return "not the fractional operator it is named after"
+
+
+def _within(errors: tuple[float, float], limits: tuple[float, float]) -> bool:
+    return errors[0] < limits[0] and errors[1] < limits[1]
+
+
+def worded(errors: tuple[float, float]) -> str:
+    """Return errors in words."""
+    magnitude, phase = errors
+    return f"magnitude off by up to {100 * magnitude:.3g} %, phase by {phase:.3g} degrees"
+
+
+def warn_if_far(
+    what: str, order: float, edges: tuple[float, float], errors: tuple[float, float], level: int
+) -> None:
+    """Warn of an operator that is off by a fifth or by 10 degrees; `level` as for the caller."""
+    if not _within(errors, _FAR):
+        low, high = edges
+        warnings.warn(
+            f"{what} is not s^{order:g} from {low:.3g} to {high:.3g} rad/s: {worded(errors)}",
+            stacklevel=level + 1,
+        )

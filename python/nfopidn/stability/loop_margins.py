@@ -1,0 +1,429 @@
+"""Margins of the drive and steering loops, linearised on a straight line."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import polynomial
+from numpy.typing import NDArray
+
+from nfopidn import _core
+from nfopidn._core import Controller, Scenario
+from nfopidn.arguments import (
+    controller_or_published,
+    no_tracking_law,
+    real_number,
+    scenario_or_published,
+)
+from nfopidn.stability.loop_roots import Characteristic, power_sums, resolvent
+from nfopidn.stability.pole_map import short_memory
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Response = Callable[[Array], Complex]
+
+_GRID = 4000
+_LOWEST = 1e-5  # of the grid's frequencies, as part of the highest, pi / dt
+#: A filter of n taps ripples n / 2 times up to the highest frequency. With more taps than this the
+#: grid, even in the logarithm, would see less than eight points of the last ripple.
+_RIPPLES, _POINTS_A_RIPPLE = 87, 8
+#: Up to here the poles are the map's eigenvalues, whose cost grows with the states' cube.
+_FEW_STATES = 200
+_REFINEMENTS = 60  # of a bracket by halves, or by the golden section
+_GOLDEN = (np.sqrt(5) - 1) / 2
+
+
+@dataclass(frozen=True)
+class LoopMargins:
+    """Margins of one loop, the other one closed.
+
+    Attributes
+    ----------
+    gain
+        factors (lower, upper) between which the loop's gain may lie; 0 and inf where nothing bounds
+    phase
+        lag or lead that the loop bears [rad]; inf if its gain never is 1
+    delay
+        lag in time that it bears [s]
+    peak_sensitivity
+        largest |1 / (1 + L)|
+    disk
+        diameter of the largest disk margin, of symmetric gain and phase changes at once
+    """
+
+    gain: tuple[float, float]
+    phase: float
+    delay: float
+    peak_sensitivity: float
+    disk: float
+
+    def __str__(self) -> str:
+        return (
+            f"gain {self.gain[0]:.4g} to {self.gain[1]:.4g}, phase {self.phase:.4g} rad, "
+            f"delay {self.delay:.4g} s, peak sensitivity {self.peak_sensitivity:.4g}, "
+            f"disk {self.disk:.4g}"
+        )
+
+
+@dataclass(frozen=True)
+class DiskMargin:
+    """Margin against changes of both wheels' torques at once, each its own.
+
+    Attributes
+    ----------
+    disk
+        diameter alpha: each torque may be multiplied by any (1 + d/2)/(1 - d/2), |d| < alpha
+    gain
+        the real factors among them (lower, upper)
+    phase
+        the lags and leads among them [rad]
+    frequency
+        where the margin is least [rad/s]
+    """
+
+    disk: float
+    gain: tuple[float, float]
+    phase: float
+    frequency: float
+
+    def __str__(self) -> str:
+        return (
+            f"disk {self.disk:.4g} at {self.frequency:.4g} rad/s: gain {self.gain[0]:.4g} to "
+            f"{self.gain[1]:.4g}, phase {self.phase:.4g} rad"
+        )
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Margins at one speed.
+
+    Attributes
+    ----------
+    speed
+        [m/s]
+    poles
+        of the closed loop, largest modulus first
+    drive, steering
+        loops of the sum and of the difference of the torques, each broken with the other closed
+    wheels
+        both wheels' torques at once
+    """
+
+    speed: float
+    poles: Complex
+    drive: LoopMargins
+    steering: LoopMargins
+    wheels: DiskMargin
+
+    @property
+    def stable(self) -> bool:
+        """Whether the closed loop is. The margins of one that is not are nan."""
+        return bool(abs(self.poles[0]) < 1)
+
+    def __str__(self) -> str:
+        state = "stable" if self.stable else "unstable"
+        return (
+            f"at {self.speed:g} m/s {state}, largest pole {abs(self.poles[0]):.6f}\n"
+            f"drive: {self.drive}\nsteering: {self.steering}\nwheels: {self.wheels}"
+        )
+
+
+class _Linear:
+    """The loop on a straight line: state x, y, theta, v, omega, inputs the wheels' torques."""
+
+    ERRORS = -np.eye(3, 5)
+
+    def __init__(self, scenario: Scenario, controller: Controller, speed: float) -> None:
+        self.dt = scenario.trajectory.dt
+        self.delay = scenario.delay
+        self.sums = controller.form == "incremental"
+        self.state, self.input = _core.linear_plant(scenario, speed)
+        # The neuron's slope at 0 (eq. 33).
+        slope = 1.0 if controller.activation == "linear" else 0.5
+        scale = controller.speed_scale or max(scenario.trajectory.peak_speed, 1e-9)
+        lateral = {"plain": 1.0, "direction": np.sign(speed), "speed": speed / scale}
+        self.taps = controller.taps * slope
+        self.taps[1] *= lateral[controller.lateral]
+        named = {"paper": [[0, 1, 1], [1, 1, 0]], "decoupled": [[1, 1, 1], [1, -1, -1]]}
+        allocation = controller.allocation
+        rows = named[allocation] if isinstance(allocation, str) else allocation
+        self.allocation = np.asarray(rows, dtype=float)
+        self.robot = resolvent(self.state, self.input, self.ERRORS)
+
+    def at_wheels(self, frequency: Array) -> Complex:
+        """Return the loop broken at the wheels' torques, (N, 2, 2)."""
+        angle = np.atleast_1d(frequency) * self.dt
+        w = np.exp(-1j * angle)
+        y = np.expm1(1j * angle)  # z - 1, to all digits also at low frequencies
+        determinant, motion = self.robot
+        plant = polynomial.polyval(y, np.moveaxis(motion, 2, 0)) / polynomial.polyval(
+            y, determinant
+        )
+        filters = power_sums(self.taps, w) * w**self.delay
+        if self.sums:
+            filters = filters / (w * y)  # z / (z - 1)
+        law = self.allocation * filters.T[:, None, :]
+        return np.asarray(-law @ np.moveaxis(plant, 2, 0))
+
+    def one_loop(self, index: int) -> Response:
+        """Return the response of drive (0) or steering (1) with the other loop closed."""
+        return lambda frequency: _one_loop(self.at_wheels(frequency), index)
+
+    def poles(self) -> Complex:
+        """Return the closed loop's poles: eigenvalues of the whole map at rest."""
+        memory = self.taps.shape[1] - 1
+        size = 5 + 3 * memory + 2 * self.sums + 2 * self.delay
+        poles = self._roots(size) if size > _FEW_STATES else None
+        if poles is None:
+            poles = np.linalg.eigvals(self._map(memory, size)).astype(np.complex128)
+        return poles[np.argsort(-np.abs(poles))]
+
+    def _roots(self, size: int) -> Complex | None:
+        """Return the same from the characteristic function; None if that does not converge."""
+        function = Characteristic.of_loop(
+            self.robot, self.allocation, self.taps, sums=self.sums, delay=self.delay
+        )
+        found = function.roots()
+        # The channels' past errors outnumber what two torques can make of them: the rest is at 0.
+        return None if found is None else np.append(found, np.zeros(size - found.size))
+
+    def _map(self, memory: int, size: int) -> Array:
+        """Return the whole map at rest: robot, past errors, last torques, torques on their way."""
+        past, sums, line = 5, 5 + 3 * memory, 5 + 3 * memory + 2 * self.sums
+        torque = np.zeros((2, size))
+        torque[:, :5] = self.allocation @ (self.taps[:, :1] * self.ERRORS)
+        for channel in range(3):
+            columns = past + channel * memory + np.arange(memory)
+            torque[:, columns] = np.outer(self.allocation[:, channel], self.taps[channel, 1:])
+        step = np.zeros((size, size))
+        for channel in range(3):
+            first = past + channel * memory
+            step[first, :5] = self.ERRORS[channel]
+            step[first + 1 : first + memory, first : first + memory - 1] = np.eye(memory - 1)
+        if self.sums:
+            torque[:, sums : sums + 2] += np.eye(2)
+            step[sums : sums + 2] = torque
+        applied = torque
+        if self.delay:
+            applied = np.zeros((2, size))
+            applied[:, line : line + 2] = np.eye(2)
+            step[line : size - 2, line + 2 :] = np.eye(2 * self.delay - 2)
+            step[size - 2 :] = torque
+        step[:5, :5] += self.state
+        step[:5] += self.input @ applied
+        return step
+
+
+#: The torques' sum and difference.
+_TO_LOOPS = np.array([[1.0, 1.0], [1.0, -1.0]])
+
+
+def _one_loop(wheels: Complex, index: int) -> Complex:
+    """Return drive (0) or steering (1) of loops broken at the wheels, the other loop closed."""
+    other = 1 - index
+    loops = _TO_LOOPS @ wheels @ np.linalg.inv(_TO_LOOPS)
+    through = loops[:, index, other] * loops[:, other, index]
+    return np.asarray(loops[:, index, index] - through / (1 + loops[:, other, other]))
+
+
+def _roots(function: Callable[[Array], Array], grid: Array, values: Array) -> Array:
+    """Return the roots between points of the grid where the function has other signs.
+
+    All at once, by halves or by inverse quadratic interpolation where that is safe (Chandrupatla
+    1997).
+    """
+    places = np.flatnonzero(values[:-1] * values[1:] < 0)
+    new, old = grid[places], grid[places + 1]
+    at_new, at_old = values[places], values[places + 1]
+    share = np.full(places.size, 0.5)
+    for _ in range(_REFINEMENTS if places.size else 0):
+        between = new + share * (old - new)
+        value = function(between)
+        same = np.sign(value) == np.sign(at_new)
+        last, at_last = np.where(same, new, old), np.where(same, at_new, at_old)
+        old, at_old = np.where(same, old, new), np.where(same, at_old, at_new)
+        new, at_new = between, value
+        width = np.abs(old - new)
+        least = 2 * np.finfo(float).eps * np.abs(new) / np.maximum(width, np.finfo(float).tiny)
+        if np.all((least > 0.5) | (at_new == 0)):
+            break
+        with np.errstate(divide="ignore", invalid="ignore"):
+            place = (new - old) / (last - old)
+            height = (at_new - at_old) / (at_last - at_old)
+            safe = (height**2 < place) & ((1 - height) ** 2 < 1 - place)
+            share = at_new / (at_old - at_new) * at_last / (at_old - at_last) + (last - new) / (
+                old - new
+            ) * at_new / (at_last - at_new) * at_old / (at_last - at_old)
+        share = np.where(safe, share, 0.5)
+        share = np.clip(share, np.minimum(least, 0.5), np.maximum(1 - least, 0.5))
+    return np.where(np.abs(at_new) < np.abs(at_old), new, old)
+
+
+def _peak(function: Callable[[Array], Array], grid: Array, values: Array) -> tuple[float, float]:
+    """Return the largest value on the frequencies of the grid and between, and where it is."""
+    best = int(np.argmax(values))
+    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    for _ in range(_REFINEMENTS):
+        inner = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        left, right = function(np.array(inner))
+        low, high = (low, inner[1]) if left > right else (inner[0], high)
+    frequency = 0.5 * (low + high)
+    refined = float(function(np.array([frequency]))[0])
+    return max((refined, float(frequency)), (float(values[best]), float(grid[best])))
+
+
+def _off_circle(loop: Complex) -> Array:
+    return np.abs(loop) - 1
+
+
+def _off_axis(loop: Complex) -> Array:
+    return loop.imag
+
+
+def _sensitivity(loop: Complex) -> Array:
+    return np.asarray(1 / np.abs(1 + loop))
+
+
+def _skewed(loop: Complex) -> Array:
+    return np.asarray(np.abs(0.5 * (1 - loop) / (1 + loop)))
+
+
+def _loop_margins(response: Response, grid: Array, on_grid: Complex) -> LoopMargins:
+    def roots(of_loop: Callable[[Complex], Array]) -> Array:
+        return _roots(lambda frequency: of_loop(response(frequency)), grid, of_loop(on_grid))
+
+    def peak(of_loop: Callable[[Complex], Array]) -> float:
+        found = _peak(lambda frequency: of_loop(response(frequency)), grid, of_loop(on_grid))
+        return found[0]
+
+    crossings = np.append(roots(_off_axis), grid[-1])
+    on_axis = response(crossings).real
+    factors = -1 / on_axis[on_axis < 0]
+    gain = (
+        float(np.max(factors[factors < 1], initial=0.0)),
+        float(np.min(factors[factors > 1], initial=np.inf)),
+    )
+    unit = roots(_off_circle)
+    angle = np.angle(-response(unit)) if unit.size else np.empty(0)
+    lag = np.mod(angle, 2 * np.pi) / unit if unit.size else np.empty(0)
+    return LoopMargins(
+        gain=gain,
+        phase=float(np.min(np.abs(angle), initial=np.inf)),
+        delay=float(np.min(lag, initial=np.inf)),
+        peak_sensitivity=peak(_sensitivity),
+        disk=1 / peak(_skewed),
+    )
+
+
+def _structured_value(matrix: Complex) -> Array:
+    """Return the structured singular values of (N, 2, 2) matrices for two complex scalars.
+
+    For two blocks the upper bound min over d of the largest singular value of D M D^-1,
+    D = diag(d, 1), is the value itself (Packard and Doyle 1993). With |m12| d = |m21| / d the sum
+    of squares is least, and with it that singular value, since the determinant does not depend
+    on d.
+    """
+    squares = (
+        np.abs(matrix[:, 0, 0]) ** 2
+        + np.abs(matrix[:, 1, 1]) ** 2
+        + 2 * np.abs(matrix[:, 0, 1] * matrix[:, 1, 0])
+    )
+    determinant = np.abs(np.linalg.det(matrix))
+    return np.asarray(
+        np.sqrt(0.5 * (squares + np.sqrt(np.maximum(squares**2 - 4 * determinant**2, 0))))
+    )
+
+
+def _disk_margin(response: Response, grid: Array, on_grid: Complex) -> DiskMargin:
+    def skewed(wheels: Complex) -> Array:
+        sensitivity = np.linalg.inv(np.eye(2) + wheels)
+        return _structured_value(np.asarray(sensitivity - 0.5 * np.eye(2), dtype=np.complex128))
+
+    value, frequency = _peak(lambda frequency: skewed(response(frequency)), grid, skewed(on_grid))
+    disk = 1 / value
+    upper = (2 + disk) / (2 - disk) if disk < 2 else np.inf
+    lower = max((2 - disk) / (2 + disk), 0.0)
+    return DiskMargin(
+        disk=disk,
+        gain=(float(lower), float(upper)),
+        phase=float(2 * np.arctan(disk / 2)),
+        frequency=frequency,
+    )
+
+
+def _grid(taps: int) -> Array:
+    """Return frequencies as parts of the highest: even in the logarithm, and see each ripple."""
+    grid = np.geomspace(_LOWEST, 1, _GRID)
+    if taps > _RIPPLES:
+        ripples = np.linspace(0, 1, _POINTS_A_RIPPLE * taps // 2 + 1)[1:]
+        grid = np.union1d(grid, ripples)
+    return grid
+
+
+_NAN = float("nan")
+
+
+def margins(
+    controller: Controller | None = None,
+    scenario: Scenario | None = None,
+    *,
+    speed: float | None = None,
+) -> Margins:
+    """Return the margins of the loop that drives straight on at a speed.
+
+    The robot's motion over one sample is linearised with the scenario's integrator, friction and
+    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation. On
+    a straight line the torques' sum drives and their difference steers. Torque limits, noise and
+    disturbance are left out.
+
+    Parameters
+    ----------
+    controller
+        None: the published one
+    scenario
+        None: the published one; its path gives the sample time and, for lateral "speed", the scale
+    speed
+        [m/s], in [-1e3, 1e3] but not 0, where the lateral error cannot be steered; None: the
+        path's peak speed
+
+    Returns
+    -------
+    Margins
+        of the drive loop, the steering loop, and both wheels at once
+
+    Raises
+    ------
+    ValueError
+        If the speed is out of range, or the controller's memory beyond 1024 samples.
+
+    Examples
+    --------
+    >>> import nfopidn
+    >>> found = nfopidn.stability.margins(nfopidn.Controller.tuned_nominal(), speed=0.2)
+    >>> found.stable
+    True
+    """
+    scenario = scenario_or_published(scenario)
+    controller = controller_or_published(controller, scenario)
+    short_memory(controller)
+    no_tracking_law(controller)
+    speed = real_number(
+        "speed", scenario.trajectory.peak_speed if speed is None else speed, -1e3, 1e3, " m/s"
+    )
+    if speed == 0:
+        raise ValueError("speed is 0.0; must be in [-1000, 1000] m/s and not 0")
+    linear = _Linear(scenario, controller, speed)
+    poles = linear.poles()
+    if not abs(poles[0]) < 1:
+        none = LoopMargins((_NAN, _NAN), _NAN, _NAN, _NAN, _NAN)
+        wheels = DiskMargin(_NAN, (_NAN, _NAN), _NAN, _NAN)
+        return Margins(speed, poles, none, none, wheels)
+    grid = _grid(linear.taps.shape[1]) * (np.pi / linear.dt)
+    on_grid = linear.at_wheels(grid)
+    return Margins(
+        speed=speed,
+        poles=poles,
+        drive=_loop_margins(linear.one_loop(0), grid, _one_loop(on_grid, 0)),
+        steering=_loop_margins(linear.one_loop(1), grid, _one_loop(on_grid, 1)),
+        wheels=_disk_margin(linear.at_wheels, grid, on_grid),
+    )

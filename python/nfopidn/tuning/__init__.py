@@ -1,0 +1,1 @@
+"""Tuning of controllers: what is searched for, its cost, the search, its result."""

@@ -1,0 +1,167 @@
+// The cost over several scenarios, against the costs of each.
+#include "nfopidn/tuning/tune.hpp"
+#include "support.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+TEST(TuneObjective, IsTheMeanOfTheWorstScenarios) {
+  Scenario scenarios[3] = {short_scenario(), short_scenario(), short_scenario()};
+  scenarios[1].robot.mass = 20;
+  scenarios[2].initial_pose = {{2.0, 0.5, 1.0}};
+  const std::vector<const Scenario*> all = {&scenarios[0], &scenarios[1], &scenarios[2]};
+  const Structure structure;
+  const ControllerDesign design(structure.settings);
+  const std::vector<double> x = parameters_of(structure.parameters, design);
+  const auto size = static_cast<Eigen::Index>(x.size());
+  double each[3];
+  for (int i = 0; i < 3; ++i) each[i] = evaluate(prepare(scenarios[i]), design);
+  std::sort(each, each + 3);
+  ASSERT_LT(each[0], each[1]);
+  ASSERT_LT(each[1], each[2]);
+  const auto cost = [&](double share) {
+    TuneObjective objective(all, structure, FreeParameters::all(x.size()),
+                            static_cast<int>(x.size()), share, 1);
+    double result = 0;
+    objective.costs(Eigen::Map<const Point>(x.data(), size), &result);
+    return result;
+  };
+  EXPECT_NEAR(cost(1), (each[0] + each[1] + each[2]) / 3, 1e-10);
+  EXPECT_NEAR(cost(0.5), (each[2] + 0.5 * each[1]) / 1.5, 1e-10);
+  EXPECT_NEAR(cost(0), each[2], 1e-10);
+}
+
+// The same costs from all, whoever asks with bounds.
+class Unbounded : public Objective {
+ public:
+  explicit Unbounded(Objective& objective) : objective_(objective) {}
+  bool has_gradient() const override { return objective_.has_gradient(); }
+  bool is_cheap() const override { return objective_.is_cheap(); }
+  void costs(const Points& points, double* costs) override { objective_.costs(points, costs); }
+  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
+                  double* slopes) override {
+    return objective_.partials(point, first, count, slopes);
+  }
+
+ private:
+  Objective& objective_;
+};
+
+// Neither threads nor what is given up early leads a search elsewhere.
+TEST(TuneObjective, LeadsASearchToOnePlace) {
+  Scenario heavy = Scenario::published();
+  heavy.robot.mass = 20;
+  const Scenario published = Scenario::published();
+  const std::vector<std::vector<const Scenario*>> lists = {{&published}, {&published, &heavy}};
+  const Structure structure = named_structure(StructureName::extended);
+  const std::vector<ParameterBounds> bounds = default_bounds(structure);
+  const auto size = static_cast<Eigen::Index>(bounds.size());
+  Point low(size), high(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    low(i) = bounds[static_cast<std::size_t>(i)].low;
+    high(i) = bounds[static_cast<std::size_t>(i)].high;
+  }
+  for (const auto& scenarios : lists) {
+    const auto find = [&](int threads, bool bounded) {
+      TuneObjective objective(scenarios, structure, FreeParameters::all(bounds.size()),
+                              static_cast<int>(size), 0.7, threads);
+      Unbounded unbounded(objective);
+      Objective& used = bounded ? static_cast<Objective&>(objective) : unbounded;
+      SearchSession search(used, {low, high, tuning_powers(low)}, {6000}, 5);
+      BfoaPlus(search, {}, 6000).run();
+      return search.result;
+    };
+    const SearchResult plain = find(1, false);
+    for (const int threads : {1, 2, 3}) {
+      const SearchResult found = find(threads, true);
+      EXPECT_EQ(found.x, plain.x);
+      EXPECT_EQ(found.cost, plain.cost);
+      ASSERT_EQ(found.history.size(), plain.history.size());
+      for (std::size_t row = 0; row < plain.history.size(); ++row) {
+        EXPECT_EQ(found.history[row].evaluations, plain.history[row].evaluations);
+        EXPECT_EQ(found.history[row].best, plain.history[row].best);
+        EXPECT_EQ(found.history[row].mean, plain.history[row].mean);
+      }
+    }
+  }
+}
+
+// On the published scenario the lateral error as it is serves free taps better than by speed.
+TEST(RunTuning, ChoosesWhatTheLateralChannelIsFed) {
+  const Scenario scenario = Scenario::published();
+  TuningTask task;
+  task.scenarios = {&scenario};
+  task.structure = named_structure(StructureName::taps);
+  task.evaluations = 10000;
+  task.seed = 2;
+  const TuningResult found = run_tuning(task);
+  EXPECT_EQ(found.evaluations, 10000);
+  EXPECT_EQ(found.structure.settings.lateral, Lateral::direction);
+  const ControllerDesign design =
+      design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
+  EXPECT_NEAR(simulate(scenario, design).metrics.cost, found.cost, 1e-9 * found.cost);
+  task.structure.either_lateral = false;
+  const TuningResult by_speed = run_tuning(task);
+  EXPECT_EQ(by_speed.structure.settings.lateral, Lateral::speed);
+  EXPECT_EQ(by_speed.evaluations, 10000);
+  EXPECT_GT(by_speed.cost, found.cost);
+}
+
+// Of a long memory each direction is a run of its own: as many at once as there are threads.
+TEST(TuneObjective, GivesALongMemorysGradientInPieces) {
+  TrajectorySettings path;
+  path.period = 10;
+  Scenario scenario = Scenario::published();
+  scenario.trajectory = make(path);
+  Structure structure = named_structure(StructureName::extended);
+  structure.settings.memory = batch_capacity - 1;
+  const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
+  const auto size = static_cast<Eigen::Index>(x.size());
+  const Point point = Eigen::Map<const Point>(x.data(), size);
+  TuneObjective objective({&scenario}, structure, FreeParameters::all(x.size()),
+                          static_cast<int>(size), 1, 2);
+  EXPECT_EQ(objective.partials_at_once(), 2);
+  Point whole(size), pieces(size);
+  const double cost = objective.gradient(point, whole.data());
+  for (Eigen::Index first = 0; first < size; first += 2) {
+    const Eigen::Index count = std::min<Eigen::Index>(2, size - first);
+    EXPECT_EQ(objective.partials(point, first, count, pieces.data() + first), cost);
+  }
+  EXPECT_EQ(pieces, whole);
+  structure.settings.memory = batch_capacity - 2;  // still one of lanes
+  EXPECT_EQ(TuneObjective({&scenario}, structure, FreeParameters::all(x.size()),
+                          static_cast<int>(size), 1, 2)
+                .partials_at_once(),
+            size);
+}
+
+// Asked to stop in one of its stages, it does not go on to the next.
+TEST(RunTuning, StopsWhenAsked) {
+  const Scenario scenario = Scenario::published();
+  TuningTask task;
+  task.scenarios = {&scenario};
+  task.structure = named_structure(StructureName::taps);
+  task.evaluations = 4000;
+  int whole = 0;
+  std::int64_t before = 0;
+  double least = std::numeric_limits<double>::infinity();
+  run_tuning(task, [&](std::int64_t evaluations, double cost) {
+    EXPECT_GE(evaluations, before);  // of all stages
+    EXPECT_LE(cost, least);
+    before = evaluations;
+    least = cost;
+    ++whole;
+  });
+  EXPECT_GT(before, 3900);
+  for (const int last : {2, whole / 2, whole - 2}) {
+    int calls = 0;
+    task.interrupted = [&] { return calls >= last; };
+    const TuningResult found = run_tuning(task, [&](auto...) { ++calls; });
+    EXPECT_GE(calls, last);
+    EXPECT_LE(calls, last + 1);  // the step that the interruption ends is told too
+    EXPECT_EQ(found.reason, StopReason::callback);
+  }
+}
+
+}  // namespace
+}  // namespace nfopidn::test

@@ -1,0 +1,675 @@
+"""The report page: its figures against the library, its text, its safety, in a browser."""
+
+import html
+import json
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import nfopidn
+import numpy as np
+import pytest
+from nfopidn import (
+    Controller,
+    Scenario,
+    Trajectory,
+    TuneResult,
+    commands,
+    simulate,
+    stability,
+    tune,
+)
+from nfopidn.reporting import page as page_module
+from nfopidn.reporting.numbers import readable, readable_power, script_json
+from nfopidn.reporting.settings import scenario_groups, value_text
+from nfopidn.reporting.words import CHOICES, CONTROLLER, METRICS, SCENARIO
+from numpy.testing import assert_allclose
+
+LARGEST = 6_000_000  # bytes
+DIGITS = {"rtol": 6e-6, "atol": 1e-12}
+RUN = (
+    *("t", "x_ref", "y_ref", "theta_ref", "x", "y", "theta", "v", "omega"),
+    *("e_x", "e_y", "e_theta", "tau_ref_left", "tau_ref_right"),
+    *("tau_fb_left", "tau_fb_right", "tau_left", "tau_right"),
+)
+
+
+class Parsed(HTMLParser):
+    """What a page has: elements with their attributes, scripts, text outside of them."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.scripts, self.styles, self.words = [], [], [], []
+        self._within = None
+        self.feed(text)
+        self.data = json.loads(next(s for a, s in self.scripts if a.get("id") == "report-data"))
+        self.text = re.sub(r"\s+", " ", " ".join(self.words))
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        self._within = tag if tag in ("script", "style") else None
+        if tag == "script":
+            self.scripts.append((dict(attrs), ""))
+
+    def handle_endtag(self, tag):
+        self._within = None
+
+    def handle_data(self, data):
+        if self._within == "script":
+            attributes, before = self.scripts[-1]
+            self.scripts[-1] = (attributes, before + data)
+        elif self._within == "style":
+            self.styles.append(data)
+        else:
+            self.words.append(data)
+
+
+def traces(figure, columns):
+    """Give a figure's lines by panel and name, as x and y."""
+    found = {}
+    for trace in figure["data"]:
+        x, y = (
+            columns[trace[k][1:]] if isinstance(trace[k], str) else trace[k] for k in ("x", "y")
+        )
+        found[trace.get("yaxis", "y"), trace["name"]] = (x, y)
+    return found
+
+
+def numbers(values):
+    return np.array(values, dtype=float)  # None becomes nan
+
+
+@pytest.fixture(scope="module")
+def result():
+    return tune(Scenario.published(period=30, rng=0), structure="extended", rng=2, maxfev=300)
+
+
+@pytest.fixture(scope="module")
+def path(result, tmp_path_factory):
+    """The page of a result, by way of its file and the command."""
+    folder = tmp_path_factory.mktemp("report")
+    result.to_json(folder / "result.json")
+    path = folder / "report.html"
+    assert commands.main(["report", str(folder / "result.json"), "-o", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(path):
+    return Parsed(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def run(result):
+    return simulate(result.scenario, result.controller)
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """Pages without Plotly's megabytes, which have their test."""
+    monkeypatch.setattr("plotly.offline.get_plotlyjs", lambda: "")
+
+
+def parsed(result):
+    return Parsed(page_module.page(result))
+
+
+# The figures
+
+
+def test_the_run_is_that_of_simulate(page, run):
+    (scenario,) = page.data["scenarios"]
+    assert scenario["diverged_at"] is None
+    for name in RUN:
+        assert_allclose(numbers(scenario["columns"][name]), run.columns[name], **DIGITS)
+
+
+@pytest.mark.parametrize(
+    ("figure", "panel", "name", "column"),
+    [
+        ("torques", "y", "total, limited", "tau_left"),
+        ("torques", "y2", "total, limited", "tau_right"),
+        ("torques", "y", "feedforward", "tau_ref_left"),
+        ("torques", "y2", "feedforward", "tau_ref_right"),
+        ("torques", "y", "feedback", "tau_fb_left"),
+        ("torques", "y2", "feedback", "tau_fb_right"),
+        ("velocities", "y", "robot", "v"),
+        ("velocities", "y2", "robot", "omega"),
+        ("errors", "y", "forward e<sub>x</sub>", "e_x"),
+        ("errors", "y", "lateral e<sub>y</sub>", "e_y"),
+        ("errors", "y2", "heading e<sub>θ</sub>", "e_theta"),
+    ],
+)
+def test_a_line_shows_its_column_against_time(figure, panel, name, column, page, run):
+    (scenario,) = page.data["scenarios"]
+    x, y = traces(scenario["figures"][figure], scenario["columns"])[panel, name]
+    assert_allclose(numbers(x), run.t, **DIGITS)
+    assert_allclose(numbers(y), run.columns[column], **DIGITS)
+
+
+def test_references_and_limits_are_drawn(page, result):
+    (scenario,) = page.data["scenarios"]
+    trajectory = result.scenario.trajectory
+    lines = traces(scenario["figures"]["velocities"], scenario["columns"])
+    assert_allclose(numbers(lines["y", "reference"][1]), trajectory.v, **DIGITS)
+    assert_allclose(numbers(lines["y2", "reference"][1]), trajectory.omega, **DIGITS)
+    for panel in ("y", "y2"):
+        lines = traces(scenario["figures"]["torques"], scenario["columns"])
+        limit = next(y for (at, name), (_, y) in lines.items() if at == panel and "limit ±" in name)
+        assert limit == [3.078, 3.078, None, -3.078, -3.078]
+    lines = traces(scenario["figures"]["path"], scenario["columns"])
+    assert_allclose(numbers(lines["y", "reference"]), [trajectory.x, trajectory.y], **DIGITS)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("limit", "beyond"), [(3.078, False), (300.0, True)])
+def test_a_limit_far_away_does_not_flatten_the_torques(limit, beyond, result):
+    scenario = result.scenario.replace(torque_limit=limit)
+    run = simulate(scenario, result.controller)
+    (shown,) = parsed(TuneResult({**result, "scenario": scenario})).data["scenarios"]
+    figure = shown["figures"]["torques"]
+    names = {trace["name"] for trace in figure["data"]}
+    assert (f"limit ±{limit:g} N m, beyond the scale" in names) == beyond
+    assert (f"limit ±{limit:g} N m" in names) != beyond
+    feedback = np.abs([run.columns[f"tau_fb_{side}"] for side in ("left", "right")]).max()
+    reaches = [figure["layout"][axis].get("range", [-9, 9])[1] for axis in ("yaxis", "yaxis2")]
+    assert min(reaches) > max(feedback, run.metrics["torque_peak"])
+    assert not beyond or max(reaches) < limit
+
+
+def test_the_path_has_equal_scales_and_outlines_of_the_robot(page, run):
+    (scenario,) = page.data["scenarios"]
+    layout = scenario["figures"]["path"]["layout"]
+    assert (layout["yaxis"]["scaleanchor"], layout["yaxis"]["scaleratio"]) == ("x", 1)
+    lines = traces(scenario["figures"]["path"], scenario["columns"])
+    assert_allclose(numbers(lines["y", "robot"]), run.pose[:, :2].T, **DIGITS)
+    outlines = numbers(lines["y", "robot along the way"])
+    gaps = np.flatnonzero(np.isnan(outlines[0]))
+    for outline in np.split(outlines, gaps + 1, axis=1)[:-1]:
+        centre, circle = outline[:, 0], outline[:, 1:-1]
+        nearest = np.hypot(*(run.pose[:, :2].T - centre[:, None])).argmin()
+        assert_allclose(run.pose[nearest, :2], centre, atol=1e-3)
+        reach = circle - centre[:, None]
+        assert_allclose(np.hypot(*reach), scenario["robot_radius"], rtol=1e-3)
+        heading = np.arctan2(reach[1, 0], reach[0, 0]) - run.pose[nearest, 2]
+        assert abs(np.sin(heading / 2)) < 1e-3
+    assert len(gaps) > 5
+
+
+def test_every_axis_has_a_title_with_its_unit(page):
+    (scenario,) = page.data["scenarios"]
+    figures = page.data["figures"] | scenario["figures"]
+    assert len(figures) == 7
+    for name, figure in figures.items():
+        for key, axis in figure["layout"].items():
+            if "axis" in key:
+                title = axis["title"]["text"]
+                assert title == "evaluations of the cost" or re.search(r"\[.+\]", title), (
+                    name,
+                    key,
+                )
+
+
+def test_the_convergence_is_the_history(page, result):
+    lines = traces(page.data["figures"]["convergence"], {})
+    for name, column in (("best so far", "best"), ("mean of the cells", "mean")):
+        x, y = lines["y", name]
+        assert_allclose(numbers(x), result.history["nfev"])
+        finite = np.isfinite(result.history[column])
+        assert_allclose(numbers(y)[finite], result.history[column][finite], **DIGITS)
+        assert np.isnan(numbers(y)[~finite]).all()
+
+
+def test_stability_is_that_of_the_library(page, result):
+    found = stability.loop(result.scenario, result.controller)
+    (scenario,) = page.data["scenarios"]
+    drawn = []
+    for (_, name), (x, y) in traces(scenario["figures"]["multipliers"], {}).items():
+        if name in ("largest", "others"):
+            drawn += list(numbers(x) + 1j * numbers(y))
+    assert found.spectral_radius < 2  # beyond, the radius is logarithmic
+    expected = found.multipliers[np.abs(found.multipliers) >= 1e-12 * found.spectral_radius]
+    assert_allclose(np.sort_complex(drawn), np.sort_complex(expected), rtol=1e-5, atol=1e-11)
+    assert f"Spectral radius {readable(found.spectral_radius)} " in page.text
+    assert f"{found.period} samples, 30 s" in page.text
+    assert str(found.simulated) in page.text
+    assert found.verdict.capitalize() in page.text
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_basin_is_that_of_the_library(result):
+    scenario, controller = Scenario.published(rng=0), Controller.published()
+    page = parsed(TuneResult({**result, "scenario": scenario, "controller": controller}))
+    heat, *others = page.data["scenarios"][0]["figures"]["basin"]["data"]
+    assert heat["type"] == "heatmap"
+    found = stability.basin(scenario, controller, x=heat["x"], y=heat["y"])
+    finite = np.isfinite(found.position_error)
+    assert 0 < finite.sum() < finite.size == 41 * 41
+    shown = numbers(heat["z"])
+    assert np.array_equal(np.isfinite(shown), finite)
+    assert_allclose(10 ** shown[finite], np.maximum(found.position_error[finite], 0.01), rtol=2e-3)
+    lines = {trace["name"]: trace for trace in others}
+    assert len(lines["diverges"]["x"]) == (~finite).sum()
+    sides = [np.diff(found.converged.astype(int), axis=axis) for axis in (0, 1)]
+    edge = lines["0.3 m from the path"]
+    assert edge["x"].count(None) == sum(np.count_nonzero(side) for side in sides)
+    cell = found.x[1] - found.x[0]
+    ends = np.array([edge["x"], edge["y"]], dtype=float).T.reshape(-1, 3, 2)[:, :2]
+    for start, end in ends:  # between a start that converges and one that does not
+        across = (end - start)[::-1] / 2
+        assert_allclose(np.hypot(*across), cell / 2, rtol=1e-4)
+        columns, rows = (
+            np.abs(axis - at[:, None]).argmin(axis=1)
+            for axis, at in zip(
+                (found.x, found.y), ((start + end) / 2 + [across, -across]).T, strict=True
+            )
+        )
+        assert np.unique(found.converged[rows, columns]).size == 2
+    assert f"{found.share:.1%} end within 0.3 m" in page.text
+
+
+# The text
+
+
+def test_the_gains_and_orders_are_written(page, result):
+    controller = result.controller
+    for i in range(3):
+        row = [*controller.gains[i], controller.alpha[i], controller.sigma[i]]
+        assert " ".join(readable(value, 6) for value in row) in re.sub(r" +", " ", page.text)
+
+
+def test_the_metrics_are_written_with_units(page, run):
+    assert set(METRICS) == set(run.metrics)
+    for name, value in run.metrics.items():
+        assert f"{METRICS[name][0]} {readable(value)}" in page.text or name == "share_at_limit"
+    share = readable(100 * run.metrics["share_at_limit"])
+    assert f"{METRICS['share_at_limit'][0]} {share} %" in page.text
+    assert re.search(r"Torque, largest \S+ N m", page.text)
+    assert re.search(r"ISE \S+ m² s", page.text)
+
+
+def test_every_setting_has_words_and_is_written(page, result):
+    scenario, text = json.loads(result.scenario.to_json()), page.text
+    known = {key for words in SCENARIO.values() for key in words}
+    sampled = Scenario(Trajectory.from_samples([0, 1, 2], [0, 0, 0], dt=0.1), rng=0)
+    for document in (scenario, json.loads(sampled.to_json())):
+        for key, value in document.items():
+            parts = [f"{key}.{part}" for part in value] if isinstance(value, dict) else [key]
+            assert set(parts) <= known | {"format", "version"}
+    controller = json.loads(result.controller.to_json())
+    elsewhere = {"format", "version", "gains", "alpha", "sigma"}
+    assert set(controller) - elsewhere <= set(CONTROLLER)
+    for words in ("Lap time 30 s", "Torque limit 3.078 N m", "Inertia 0.5873 kg m²"):
+        assert words in text
+    for words in ("Initial pose 4 m, 0 m, 1.0472 rad", "Feedforward yes", "Delay 0 samples"):
+        assert words in text
+
+
+def test_a_setting_without_words_is_shown_by_its_key(monkeypatch):
+    words = {group: dict(listed) for group, listed in SCENARIO.items()}
+    del words["Run"]["delay"]
+    monkeypatch.setattr("nfopidn.reporting.settings.SCENARIO", words)
+    rows = scenario_groups(Scenario.published(rng=0, delay=2))["Run"]
+    assert ("delay", "2") in [(row.label, row.value) for row in rows]
+
+
+def test_values_are_written_in_words():
+    assert value_text("initial_pose", None, "m,m,rad") == CHOICES["initial_pose", "none"]
+    assert value_text("feedforward", False, "") == "no"
+    assert value_text("disturbance", [[0, 1]] * 5, "N,N m") == "5 values, one a sample"
+    assert value_text("disturbance", [-1.5, 0.0], "N,N m") == "\N{MINUS SIGN}1.5 N, 0 N m"
+    assert readable(7.37e-6) == "7.37\u202f\N{MULTIPLICATION SIGN}\u202f10⁻⁶"
+    assert readable_power(-2000 * np.log(10)) == "1\u202f\N{MULTIPLICATION SIGN}\u202f10⁻²⁰⁰⁰"
+    assert readable_power(-np.inf) == "0"
+
+
+@pytest.mark.usefixtures("plain")
+def test_free_taps_have_a_table():
+    scenario = Scenario.published(period=30, rng=0)
+    result = tune(scenario, structure="taps", rng=2, maxfev=100)
+    page = parsed(result)
+    for i, taps in enumerate(result.controller.taps.T):
+        row = " ".join([str(i), *(readable(tap, 6) for tap in taps)])
+        assert re.sub(r"\s+", " ", row) in page.text
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_rival_has_a_table_and_no_analysis():
+    scenario = Scenario.published(period=30, rng=0)
+    result = tune(scenario, structure="samson", rng=1, maxfev=100)
+    page = parsed(result)
+    for name, value in result.controller.parameters.items():
+        assert f"{name} {readable(value, 6)} " in page.text
+    assert "Law samson" in page.text
+    assert "NFOPIDN controllers alone, not of samson." in page.text
+    assert sorted(page.data["scenarios"][0]["figures"]) == [
+        *["errors", "path", "torques", "velocities"]
+    ]
+    run = simulate(scenario, result.controller)
+    assert_allclose(numbers(page.data["scenarios"][0]["columns"]["x"]), run.columns["x"], **DIGITS)
+    assert not any(attributes.get("id") == "basin-1" for _, attributes in page.elements)
+
+
+@pytest.mark.usefixtures("plain")
+def test_each_scenario_has_a_section_and_what_cannot_be_said_is_said():
+    x = np.linspace(0, 6, 60)
+    scenarios = [
+        Scenario.published(period=30, rng=0),
+        Scenario.published(period=30, rng=0, delay=1, torque_limit=0.9),
+        Scenario(Trajectory.from_samples(x, np.sin(x), dt=0.1), rng=0),
+        Scenario.published(period=30, rng=0, initial_pose=(12, 0, 0)),
+    ]
+    result = tune(scenarios, rng=1, maxfev=50)
+    page = parsed(result)
+    assert len(page.data["scenarios"]) == 4
+    for i, (scenario, shown) in enumerate(zip(scenarios, page.data["scenarios"], strict=True)):
+        assert ("section", {"class": "scenario", "id": f"scenario-{i + 1}"}) in page.elements
+        run = simulate(scenario, result.controller)
+        assert_allclose(numbers(shown["columns"]["x"]), run.columns["x"], **DIGITS)
+        if run.diverged_at is not None:
+            assert f"diverges at {readable(run.diverged_at)} s" in page.text
+    assert "Other than the first: torque limit 0.9 N m, delay 1 sample." in page.text
+    with pytest.raises(ValueError, match=r"stability\.loop") as refusal:
+        stability.loop(scenarios[2], result.controller)
+    assert f"There is no verdict. {refusal.value}." in page.text
+    assert "multipliers" not in page.data["scenarios"][2]["figures"]
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("controller", "words"),
+    [
+        (Controller.published(form="incremental"), "Unstable. "),
+        (Controller.published(frame="world"), "No orbit was found"),
+    ],
+)
+def test_a_diverging_loop_is_shown_until_it_diverges(controller, words, result):
+    page = parsed(TuneResult({**result, "controller": controller}))
+    run = simulate(result.scenario, controller)
+    (scenario,) = page.data["scenarios"]
+    assert scenario["diverged_at"] == run.diverged_at is not None
+    assert len(scenario["columns"]["t"]) == len(run)
+    assert len(scenario["columns"]["path_x"]) == len(run.scenario.trajectory)
+    assert words in page.text
+    assert f"The search reported E = {readable(result.fun, 7)}" in page.text
+
+
+@pytest.mark.usefixtures("plain")
+def test_long_runs_are_thinned_and_the_page_says_so(result, run, monkeypatch):
+    monkeypatch.setattr("nfopidn.reporting.run_figures._MOST_ROWS", 100)
+    monkeypatch.setattr("nfopidn.reporting.run_figures._FEWEST_ROWS", 10)
+    page = parsed(result)
+    kept = [*range(0, len(run), 2)]
+    assert len(run) == 151
+    columns = page.data["scenarios"][0]["columns"]
+    assert_allclose(numbers(columns["y"]), run.columns["y"][kept], **DIGITS)
+    assert columns["t"][-1] == 30
+    assert "One sample in 2 is drawn." in page.text
+
+
+# The page by itself
+
+
+def test_the_page_loads_nothing(page):
+    for tag, attributes in page.elements:
+        for name in ("src", "href", "srcset", "action", "data", "poster"):
+            assert attributes.get(name, "#").startswith("#"), (tag, attributes)
+        assert tag not in ("link", "iframe", "object", "embed", "img", "base")
+    assert not re.search(r"url\(|@import", "".join(page.styles))
+    policy = next(a["content"] for _, a in page.elements if "http-equiv" in a)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+
+
+def test_the_page_is_small_and_the_same_each_time(path, result, tmp_path):
+    assert 1_000_000 < path.stat().st_size < LARGEST
+    again = nfopidn.report(TuneResult.from_json(path.parent / "result.json"), tmp_path / "a.html")
+    assert again == tmp_path / "a.html"
+    assert again.read_bytes() == path.read_bytes()
+
+
+HOSTILE = '</script><script>alert(1)</script><!-- & "quoted" \u2028'
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("field", ["structure", "method", "message", "parameters", "options"])
+def test_text_from_the_file_stays_text(field, result, tmp_path):
+    result.to_json(tmp_path / "result.json")
+    document = json.loads((tmp_path / "result.json").read_text())
+    count = len(document["parameters"])
+    document[field] = {"parameters": [HOSTILE] * count, "options": {HOSTILE: HOSTILE}}.get(
+        field, HOSTILE
+    )
+    (tmp_path / "result.json").write_text(json.dumps(document))
+    nfopidn.report(tmp_path / "result.json", tmp_path / "report.html")
+    page = Parsed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert len(page.scripts) == 3
+    assert re.sub(r"\s+", " ", HOSTILE).strip() in page.text
+
+
+def test_json_cannot_end_its_script():
+    text = script_json({"</script>": "<!--&>\u2028"})
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text) == {"</script>": "<!--&>\u2028"}
+    with pytest.raises(ValueError, match="JSON"):
+        script_json([float("nan")])
+
+
+# What is refused
+
+
+def changed(**changes):
+    return lambda document: json.dumps(document | changes)
+
+
+FAULTS = {
+    "no JSON": (lambda _: "{", ["not a tuning result"]),
+    "no text": (lambda _: b"\xff\xfe\x00", ["not a tuning result"]),
+    "deep": (lambda _: "[" * 200_000, ["not a tuning result"]),
+    "a list": (lambda _: "[]", ["not a tuning result"]),
+    "a controller": (lambda document: json.dumps(document["controller"]), ["nfopidn-tuning"]),
+    "another version": (changed(version=2), ["version 1"]),
+    "cost": (changed(fun="low"), ["fun must be a number"]),
+    "message": (changed(message=3), ["message must be a text"]),
+    "structure": (changed(structure=[1]), ["structure must be a name or settings"]),
+    "options": (changed(options=[1]), ["options must be settings"]),
+    "elapsed": (changed(elapsed="long"), ["elapsed must be a number"]),
+    "parameters": (changed(parameters="kp"), ["parameters must be a list of names"]),
+    "names": (changed(parameters=[1] * 15), ["parameters must be a list of names"]),
+    "x": (changed(parameters=["kp_x"]), ["x must have 1 numbers"]),
+    "scenario": (changed(scenario=[]), ["scenario is empty"]),
+    "history": (changed(history=[[1, 2]]), ["not a tuning result"]),
+}
+
+
+@pytest.mark.parametrize(("change", "parts"), FAULTS.values(), ids=FAULTS.keys())
+def test_the_command_refuses_a_file(change, parts, path, tmp_path, capsys):
+    document = json.loads((path.parent / "result.json").read_text())
+    content = change(document)
+    source = tmp_path / "result.json"
+    source.write_bytes(content if isinstance(content, bytes) else content.encode())
+    code = commands.main(["report", str(source), "-o", str(tmp_path / "report.html")])
+    out, err = capsys.readouterr()
+    assert (code, out) == (2, "")
+    assert err.startswith(f"nfopidn: {source}: not a tuning result")
+    assert err.count("\n") == 1
+    assert all(part in err for part in parts), err
+    assert os.listdir(tmp_path) == ["result.json"]
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("source", "target", "words"),
+    [
+        ("none.json", "report.html", "No such file"),
+        (None, "none/report.html", "No such directory"),
+        (None, ".", "is no regular file"),
+        (None, "/dev/null", "is no regular file"),
+    ],
+)
+def test_the_command_refuses_places(source, target, words, path, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code = commands.main(["report", source or str(path.parent / "result.json"), "-o", target])
+    out, err = capsys.readouterr()
+    assert (code, out) == (2, "")
+    assert err.startswith("nfopidn: ")
+    assert err.count("\n") == 1
+    assert words in err
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_page_is_not_written_over_its_result(path, tmp_path, capsys):
+    source = tmp_path / "result.json"
+    shutil.copy(path.parent / "result.json", source)
+    (tmp_path / "link.html").symlink_to(source)
+    before = source.read_bytes()
+    for target in (source, tmp_path / "link.html"):
+        assert commands.main(["report", str(source), "-o", str(target)]) == 2
+        assert "is the result itself" in capsys.readouterr().err
+    assert source.read_bytes() == before
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_failed_write_leaves_the_old_page(path, tmp_path, capsys):
+    target = tmp_path / "report.html"
+    target.write_text("precious")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5000, limits[1]))
+    try:
+        assert commands.main(["report", str(path.parent / "result.json"), "-o", str(target)]) == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert "File too large" in capsys.readouterr().err
+    assert target.read_bytes() == b"precious"
+    assert os.listdir(tmp_path) == ["report.html"]
+
+
+@pytest.mark.parametrize("missing", ["jinja2", "plotly.offline"])
+def test_a_missing_extra_is_named(missing, path, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, missing, None)
+    target = tmp_path / "report.html"
+    assert commands.main(["report", str(path.parent / "result.json"), "-o", str(target)]) == 2
+    expected = "nfopidn: a report needs Jinja2 and Plotly: pip install 'nfopidn[report]'\n"
+    assert capsys.readouterr().err == expected
+    assert not target.exists()
+
+
+@pytest.mark.parametrize("wrong", [None, 3, {"fun": 1.0}, nfopidn.OptimizeResult(fun=1.0)])
+def test_what_is_no_result_is_refused(wrong, tmp_path):
+    with pytest.raises(ValueError, match=r"result is a .*; must be a TuneResult"):
+        nfopidn.report(wrong, tmp_path / "report.html")
+    with pytest.raises(ValueError, match="result: has no scenario"):
+        nfopidn.report(TuneResult(fun=1.0), tmp_path / "report.html")
+
+
+def test_importing_the_library_brings_neither_jinja_nor_plotly():
+    code = "import sys, nfopidn, nfopidn.commands; print({'jinja2', 'plotly'} & set(sys.modules))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout == "set()\n"
+
+
+# In a browser
+
+PROBE = """
+<script>
+const seen = {};
+const after = (time, step) => setTimeout(step, time);
+const look = (name) => {
+  const body = document.getElementById("path-1").data.at(-2);
+  const mark = document.getElementById("errors-1").layout.shapes[0];
+  seen[name] = {
+    now: document.getElementById("now-1").textContent,
+    slider: Number(document.getElementById("slider-1").value),
+    button: document.getElementById("play-1").textContent,
+    x: body.x, y: body.y, mark: mark.x0,
+  };
+};
+const waiting = setInterval(() => {
+  if (!document.body.dataset.drawn) return;
+  clearInterval(waiting);
+  look("opened");
+  const slider = document.getElementById("slider-1");
+  slider.value = 50;
+  slider.dispatchEvent(new Event("input"));
+  after(500, () => {
+    look("moved");
+    document.getElementById("play-1").click();
+    after(2000, () => {
+      look("playing");
+      document.getElementById("play-1").click();
+      document.body.dataset.seen = JSON.stringify(seen);
+    });
+  });
+}, 50);
+</script>
+</body>"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Open a page without a network at a time [s]; give its DOM and what it said."""
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.fail("no chromium: install it (Debian: apt-get install chromium; ./dev does)")
+
+    def opened(path, profile):
+        command = [
+            *(program, "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"),
+            *("--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND"),
+            *("--proxy-server=127.0.0.1:9", "--enable-logging=stderr", "--window-size=1280,2000"),
+            *("--virtual-time-budget=12000", f"--user-data-dir={profile}", "--dump-dom"),
+            f"file://{path}",
+        ]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+    return opened
+
+
+@pytest.fixture(scope="module")
+def opened(path, browser, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("browser")
+    probed = path.read_text(encoding="utf-8").replace("</body>", PROBE)
+    (folder / "probed.html").write_text(probed, encoding="utf-8")
+    dom, console = browser(f"{folder / 'probed.html'}#t=12.1", folder / "profile")
+    assert console == []
+    attribute = re.search(r'data-seen="([^"]*)"', dom)
+    assert attribute, "the page was not drawn, or its slider does not move"
+    return dom, json.loads(html.unescape(attribute[1]))
+
+
+def test_a_browser_draws_every_figure(opened, page):
+    dom, _ = opened
+    for name in [*page.data["figures"], *(f"{n}-1" for n in page.data["scenarios"][0]["figures"])]:
+        part = dom.split(f'id="{name}"')[1].split("</figure>")[0]
+        assert 'class="main-svg"' in part, name
+        assert part.count('class="trace scatter') + part.count('class="hm"') > 0, name
+    assert dom.count('class="main-svg"') >= 7
+
+
+@pytest.mark.parametrize(("step", "least", "most"), [("opened", 60, 61), ("moved", 50, 50)])
+def test_the_slider_moves_the_robot(step, least, most, opened, page, run):
+    seen = opened[1][step]
+    k = seen["slider"]
+    assert least <= k <= most
+    x, y, theta = run.pose[k]
+    body = np.array([seen["x"][:-1], seen["y"][:-1]], dtype=float)
+    assert_allclose(body[:, :-1].mean(axis=1), [x, y], atol=1e-4)
+    front = body[:, 0] - [x, y]
+    assert_allclose(np.hypot(*front), page.data["scenarios"][0]["robot_radius"], rtol=1e-3)
+    assert abs(np.sin((np.arctan2(*front[::-1]) - theta) / 2)) < 1e-3
+    assert seen["mark"] == pytest.approx(run.t[k])
+    assert seen["now"].startswith(f"t {run.t[k]:.4g} s")
+    assert seen["button"] == "Play"
+
+
+def test_the_button_plays(opened):
+    before, playing = opened[1]["moved"], opened[1]["playing"]
+    assert playing["button"] == "Pause"
+    assert before["slider"] < playing["slider"]
+    assert playing["mark"] > before["mark"]
