@@ -2,57 +2,10 @@
 #pragma once
 
 #include "nfopidn/control/law_variant.hpp"
+#include "nfopidn/control/torque_limit.hpp"
 #include "nfopidn/control/tracking_law.hpp"
-#include "nfopidn/foundation/traits.hpp"
 
 namespace nfopidn {
-
-namespace detail {
-
-// The feedforward that no feedback takes beyond the torque limit: one number to look at in place of
-// one for each lane. For a single number there is nothing to save.
-template <class Scalar, class = void>
-struct FeedforwardHeadroom {
-  using Base = base_t<Scalar>;
-  Base headroom = Base(-1);  // has_headroom_for none
-
-  template <class Structure>
-  constexpr void configure_headroom(const Structure& structure, Base limit) {
-    headroom = Base(-1);
-    if (structure.form != Form::positional || structure.activation != Activation::sigmoid) return;
-    constexpr Base most = Base(1.000001);  // an output of a neuron, whatever the rounding
-    Base reach = Base(0);
-    for (const auto& row : structure.allocation.matrix) {
-      Base sum = Base(0);
-      for (const Base share : row) sum += share < Base(0) ? -share : share;
-      if (sum > reach) reach = sum;
-    }
-    headroom = limit - most * reach;
-  }
-  NFOPIDN_INLINE constexpr bool has_headroom_for(Base feedforward) const {
-    return feedforward <= headroom && feedforward >= -headroom;
-  }
-};
-template <class Scalar>
-struct FeedforwardHeadroom<Scalar, traits::enable_if_t<traits::is_floating_point<Scalar>>> {
-  template <class Structure>
-  constexpr void configure_headroom(const Structure& /*structure*/, Scalar /*limit*/) {}
-  static constexpr bool has_headroom_for(Scalar /*feedforward*/) { return false; }
-};
-
-// What a controller whose variant has the tracking law holds besides; others hold nothing of it.
-template <class Scalar, bool has_tracking_law>
-struct TrackingMemory {
-  SpeedErrors<Scalar> speed_errors;
-  DriveAndSteering<Scalar> drive_and_steering;
-  LawParameters<Scalar> parameters;
-  Channels<Scalar> last_error = {};  // in the robot's frame, the lateral one as measured
-  base_t<Scalar> sample_time = base_t<Scalar>(0);
-};
-template <class Scalar>
-struct TrackingMemory<Scalar, false> {};
-
-}  // namespace detail
 
 // tau(k) = tau_ref(k) + tau_fb(k), limited, with
 //   tau_fb = [tau_fb(k-1) +] allocation * O(net),  net = taps * errors      (eqs. 31-36)
@@ -67,6 +20,166 @@ class Controller
  public:
   using Base = base_t<Scalar>;
   using Structure = Variant;
+
+  // --- The law, one sample ---
+
+  // The limited total torque. Call once a sample.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
+      const Measurement<Scalar>& measured, const ReferenceSample<Base>& reference) noexcept {
+    return step(world_errors(measured, reference), M::heading(measured.theta), reference);
+  }
+
+  // The same, for a caller that already has the measured pose's errors in the world frame, and its
+  // heading's cosine and sine.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
+      const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
+      const ReferenceSample<Base>& reference) noexcept {
+    if constexpr (Structure::has_tracking_law) {
+      return track(world_error, heading, reference);
+    } else {
+      return act(channel_errors(world_error, heading, reference), reference);
+    }
+  }
+
+ private:
+  using M = math<Scalar>;
+
+  // Eq. 30: the errors that the filters receive, in the robot's frame unless a setting says world.
+  NFOPIDN_INLINE constexpr Channels<Scalar> channel_errors(
+      const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
+      const ReferenceSample<Base>& reference) const {
+    Channels<Scalar> error = world_error;
+    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
+    feed_lateral(error.y, reference);
+    return error;
+  }
+
+  // The lateral error's sign or factor: backwards the same error asks for the opposite turn.
+  NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
+                                             const ReferenceSample<Base>& reference) const {
+    if (structure_.lateral == Lateral::direction) {
+      if (reference.reverse) error = error * Base(-1);
+    } else if (structure_.lateral == Lateral::speed) {
+      error = error * (reference.v * inverse_speed_scale_);
+    }
+    if constexpr (Structure::has_tracking_law) {
+      if (structure_.lateral == Lateral::scheduled) {
+        error = error * lateral_schedule<Scalar>(reference.v, this->parameters);
+      }
+    }
+  }
+
+  // Eqs. 34, 33, 31-32, 35-36 and the limit: from the errors to the wheel torques.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> act(const Channels<Scalar>& error,
+                                                  const ReferenceSample<Base>& reference) {
+    const Channels<Scalar> net = filter_.step(error);  // eq. 34: sum of taps times past errors
+    const Channels<Scalar> output = activate(net);     // eq. 33
+    return command(allocate(output), reference);       // eqs. 31-32, then 35-36
+  }
+
+  // Eq. 33: the neurons' outputs.
+  NFOPIDN_INLINE constexpr Channels<Scalar> activate(const Channels<Scalar>& net) const {
+    if (structure_.activation == Activation::linear) {
+      return {M::identity(net.x), M::identity(net.y), M::identity(net.theta)};
+    }
+    Channels<Scalar> output = net;
+    M::sigmoids(output);
+    return output;
+  }
+
+  // Eqs. 31-32: maps the three outputs to the two wheel torques.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> allocate(const Channels<Scalar>& output) const {
+    const auto& [x, y, theta] = output;
+    switch (structure_.allocation_kind) {
+      case AllocationKind::paper:
+        return {y + theta, x + y};
+      case AllocationKind::decoupled:
+        return {x + (y + theta), x - (y + theta)};
+      case AllocationKind::any:
+        break;
+    }
+    const auto row = [&](const Base* share) {
+      return output.x * share[0] + (output.y * share[1] + output.theta * share[2]);
+    };
+    return {row(structure_.allocation.matrix[0]), row(structure_.allocation.matrix[1])};
+  }
+
+  // Eqs. 35-36 on both wheels: the feedback torques, then the sum with the feedforward.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> command(const TorquePair<Scalar>& neurons,
+                                                      const ReferenceSample<Base>& reference) {
+    feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
+                 next_feedback(feedback_.right, neurons.right, reference.tau_right)};
+    return total(reference);
+  }
+
+  // Eqs. 35-36 and the anti-windup rule, for one wheel.
+  NFOPIDN_INLINE constexpr Scalar next_feedback(const Scalar& last, const Scalar& neuron,
+                                                Base feedforward) const {
+    if (structure_.form == Form::positional) return neuron;
+    const Scalar next = last + neuron;
+    if (structure_.anti_windup == AntiWindup::none) return next;
+    const Scalar high = Scalar(limit_ - feedforward);
+    const Scalar low = Scalar(-limit_ - feedforward);
+    if (structure_.anti_windup == AntiWindup::hold) {
+      const Scalar zero = Scalar(Base(0));
+      const auto outward =
+          M::either(M::both(next > high, neuron > zero), M::both(next < low, neuron < zero));
+      return M::select(outward, last, next);
+    }
+    return M::maximum(M::minimum(next, M::maximum(last, high)), M::minimum(last, low));
+  }
+
+  // tau = tau_fb + tau_ref, limited.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> total(const ReferenceSample<Base>& reference) const {
+    const TorquePair<Scalar> total = {feedback_.left + reference.tau_left,
+                                      feedback_.right + reference.tau_right};
+    if (this->has_headroom_for(reference.tau_left) && this->has_headroom_for(reference.tau_right))
+      return total;
+    return limited(total, limit_);
+  }
+
+  // The tracking law of docs/theory.md: the speed errors, then the rest.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> track(const Channels<Scalar>& world_error,
+                                                    const Heading<Scalar>& heading,
+                                                    const ReferenceSample<Base>& reference) {
+    Channels<Scalar> error = world_error;
+    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
+    this->last_error = error;
+    Channels<Scalar> speed_error = error;  // unused without speed errors
+    if (structure_.net == Net::speed_errors) {
+      speed_error = this->speed_errors.step(world_error, heading, reference, this->sample_time);
+    }
+    return respond(error, speed_error, reference);
+  }
+
+  // Net, neurons with amplitudes, the pole and the integral states beside the neurons.
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> respond(const Channels<Scalar>& measured_error,
+                                                      const Channels<Scalar>& speed_error,
+                                                      const ReferenceSample<Base>& reference) {
+    const LawParameters<Scalar>& law = this->parameters;
+    Channels<Scalar> error = measured_error;
+    feed_lateral(error.y, reference);
+    Channels<Scalar> net;
+    if (structure_.net == Net::speed_errors) {
+      net = filter_.step({speed_error.x, error.y, speed_error.theta});
+      net.x = net.x + law.proportional_x * error.x;
+      net.theta = net.theta + law.proportional_theta * error.theta;
+    } else {
+      net = filter_.step(error);
+    }
+    const Channels<Scalar> neuron = activate(net);
+    const Channels<Scalar> output = {neuron.x * law.amplitude_x, neuron.y * law.amplitude_y,
+                                     neuron.theta * law.amplitude_theta};
+    if (structure_.allocation_kind == AllocationKind::decoupled &&
+        structure_.form == Form::positional) {
+      feedback_ = this->drive_and_steering.step(output, error, law);
+      return total(reference);
+    }
+    return command(allocate(output), reference);
+  }
+
+ public:
+  // --- Settings and memory ---
 
   // For a memory beyond the filter's capacity, settings out of range, or settings that ask for
   // another structure than a FixedVariant, returns why and changes nothing. Keeps the memory of
@@ -150,24 +263,6 @@ class Controller
     if constexpr (Structure::has_tracking_law) this->speed_errors.reset(true);
   }
 
-  // The limited total torque. Call once a sample.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
-      const Measurement<Scalar>& measured, const ReferenceSample<Base>& reference) noexcept {
-    return step(world_errors(measured, reference), M::heading(measured.theta), reference);
-  }
-
-  // The same, for a caller that already has the measured pose's errors in the world frame, and its
-  // heading's cosine and sine.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
-      const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
-      const ReferenceSample<Base>& reference) noexcept {
-    if constexpr (Structure::has_tracking_law) {
-      return track(world_error, heading, reference);
-    } else {
-      return act(channel_errors(world_error, heading, reference), reference);
-    }
-  }
-
   // A sample without a measurement: the last error once more, and the present feedforward.
   constexpr TorquePair<Scalar> repeat(const ReferenceSample<Base>& reference) noexcept {
     if constexpr (Structure::has_tracking_law) {
@@ -203,8 +298,6 @@ class Controller
   }
 
  private:
-  using M = math<Scalar>;
-
   // The controller's own where it carries one, else that of the run.
   static constexpr Base sample_time_of(const ControllerSettings<Base>& settings,
                                        const ControlLimits<Base>& limits) {
@@ -222,146 +315,6 @@ class Controller
     LawParameters<Base>::each(law, [&](const Base& number) { *next++ = number; });
     set_law(taps, settings.memory + 2,
             law_parameters_from<Scalar>(numbers, [](Base number) { return Scalar(number); }));
-  }
-
-  // What the filters are fed.
-  NFOPIDN_INLINE constexpr Channels<Scalar> channel_errors(
-      const Channels<Scalar>& world_error, const Heading<Scalar>& heading,
-      const ReferenceSample<Base>& reference) const {
-    Channels<Scalar> error = world_error;
-    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
-    feed_lateral(error.y, reference);
-    return error;
-  }
-
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> act(const Channels<Scalar>& error,
-                                                  const ReferenceSample<Base>& reference) {
-    return command(allocate(activate(filter_.step(error))), reference);
-  }
-
-  // Eqs. 35-36 of the outputs on both wheels.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> command(const TorquePair<Scalar>& neurons,
-                                                      const ReferenceSample<Base>& reference) {
-    feedback_ = {next_feedback(feedback_.left, neurons.left, reference.tau_left),
-                 next_feedback(feedback_.right, neurons.right, reference.tau_right)};
-    return total(reference);
-  }
-
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> total(const ReferenceSample<Base>& reference) const {
-    const TorquePair<Scalar> total = {feedback_.left + reference.tau_left,
-                                      feedback_.right + reference.tau_right};
-    if (this->has_headroom_for(reference.tau_left) && this->has_headroom_for(reference.tau_right))
-      return total;
-    return limited(total);
-  }
-
-  // The tracking law: its speed errors, then the rest.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> track(const Channels<Scalar>& world_error,
-                                                    const Heading<Scalar>& heading,
-                                                    const ReferenceSample<Base>& reference) {
-    Channels<Scalar> error = world_error;
-    if (structure_.frame == Frame::robot) error = rotate_into_robot(error, heading);
-    this->last_error = error;
-    Channels<Scalar> speed_error = error;  // not looked at without speed errors
-    if (structure_.net == Net::speed_errors) {
-      speed_error = this->speed_errors.step(world_error, heading, reference, this->sample_time);
-    }
-    return respond(error, speed_error, reference);
-  }
-
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> respond(const Channels<Scalar>& measured_error,
-                                                      const Channels<Scalar>& speed_error,
-                                                      const ReferenceSample<Base>& reference) {
-    const LawParameters<Scalar>& law = this->parameters;
-    Channels<Scalar> error = measured_error;
-    feed_lateral(error.y, reference);
-    Channels<Scalar> net;
-    if (structure_.net == Net::speed_errors) {
-      net = filter_.step({speed_error.x, error.y, speed_error.theta});
-      net.x = net.x + law.proportional_x * error.x;
-      net.theta = net.theta + law.proportional_theta * error.theta;
-    } else {
-      net = filter_.step(error);
-    }
-    const Channels<Scalar> neuron = activate(net);
-    const Channels<Scalar> output = {neuron.x * law.amplitude_x, neuron.y * law.amplitude_y,
-                                     neuron.theta * law.amplitude_theta};
-    if (structure_.allocation_kind == AllocationKind::decoupled &&
-        structure_.form == Form::positional) {
-      feedback_ = this->drive_and_steering.step(output, error, law);
-      return total(reference);
-    }
-    return command(allocate(output), reference);
-  }
-
-  NFOPIDN_INLINE constexpr void feed_lateral(Scalar& error,
-                                             const ReferenceSample<Base>& reference) const {
-    if (structure_.lateral == Lateral::direction) {
-      if (reference.reverse) error = error * Base(-1);
-    } else if (structure_.lateral == Lateral::speed) {
-      error = error * (reference.v * inverse_speed_scale_);
-    }
-    if constexpr (Structure::has_tracking_law) {
-      if (structure_.lateral == Lateral::scheduled) {
-        error = error * lateral_schedule<Scalar>(reference.v, this->parameters);
-      }
-    }
-  }
-
-  // Eq. 33: the neurons' outputs.
-  NFOPIDN_INLINE constexpr Channels<Scalar> activate(const Channels<Scalar>& net) const {
-    if (structure_.activation == Activation::linear) {
-      return {M::identity(net.x), M::identity(net.y), M::identity(net.theta)};
-    }
-    Channels<Scalar> output = net;
-    M::sigmoids(output);
-    return output;
-  }
-
-  // Eqs. 31-32: maps the three outputs to the two wheel torques.
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> allocate(const Channels<Scalar>& output) const {
-    const auto& [x, y, theta] = output;
-    switch (structure_.allocation_kind) {
-      case AllocationKind::paper:
-        return {y + theta, x + y};
-      case AllocationKind::decoupled:
-        return {x + (y + theta), x - (y + theta)};
-      case AllocationKind::any:
-        break;
-    }
-    const auto row = [&](const Base* share) {
-      return output.x * share[0] + (output.y * share[1] + output.theta * share[2]);
-    };
-    return {row(structure_.allocation.matrix[0]), row(structure_.allocation.matrix[1])};
-  }
-
-  // Eqs. 35-36 and the anti-windup rule, for one wheel.
-  NFOPIDN_INLINE constexpr Scalar next_feedback(const Scalar& last, const Scalar& neuron,
-                                                Base feedforward) const {
-    if (structure_.form == Form::positional) return neuron;
-    const Scalar next = last + neuron;
-    if (structure_.anti_windup == AntiWindup::none) return next;
-    const Scalar high = Scalar(limit_ - feedforward);
-    const Scalar low = Scalar(-limit_ - feedforward);
-    if (structure_.anti_windup == AntiWindup::hold) {
-      const Scalar zero = Scalar(Base(0));
-      const auto outward =
-          M::either(M::both(next > high, neuron > zero), M::both(next < low, neuron < zero));
-      return M::select(outward, last, next);
-    }
-    return M::maximum(M::minimum(next, M::maximum(last, high)), M::minimum(last, low));
-  }
-
-  NFOPIDN_INLINE constexpr TorquePair<Scalar> limited(const TorquePair<Scalar>& torque) const {
-    if constexpr (traits::is_same<Scalar, float>) {
-      return {single::limited(torque.left, limit_), single::limited(torque.right, limit_)};
-    } else {
-      if (M::within(torque.left, torque.right, limit_)) return torque;
-      const Scalar high = Scalar(limit_);
-      const Scalar low = Scalar(-limit_);
-      return {M::maximum(M::minimum(torque.left, high), low),
-              M::maximum(M::minimum(torque.right, high), low)};
-    }
   }
 
   Filter filter_ = {};

@@ -112,4 +112,20 @@ NFOPIDN_INLINE constexpr Scalar lateral_schedule(base_t<Scalar> speed,
   return M::exponential(law.minus_half_lateral_power * M::log(square)) * speed;
 }
 
+namespace detail {
+
+// What a controller whose variant has the tracking law holds besides; others hold nothing of it.
+template <class Scalar, bool has_tracking_law>
+struct TrackingMemory {
+  SpeedErrors<Scalar> speed_errors;
+  DriveAndSteering<Scalar> drive_and_steering;
+  LawParameters<Scalar> parameters;
+  Channels<Scalar> last_error = {};  // in the robot's frame, the lateral one as measured
+  base_t<Scalar> sample_time = base_t<Scalar>(0);
+};
+template <class Scalar>
+struct TrackingMemory<Scalar, false> {};
+
+}  // namespace detail
+
 }  // namespace nfopidn

@@ -23,7 +23,8 @@ template <class Law, class Scalar>
 class Bumpless {
  public:
   using Base = base_t<Scalar>;
-  static_assert(!detail::stops_by_itself<Law>, "Guarded goes around Bumpless: a stop glides not");
+  static_assert(!detail::stops_by_itself<Law>,
+                "put Guarded around Bumpless: a stop must not be blended");
 
   constexpr Bumpless(Law& law, Base torque_limit) noexcept : law_(law), limit_(torque_limit) {}
 
