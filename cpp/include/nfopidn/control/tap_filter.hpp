@@ -14,7 +14,7 @@ struct Channels {
   Scalar theta;
 };
 
-// net(k) = sum_j taps[j] e(k - j) in each channel.
+// Eq. 34: net(k) = sum_j taps[j] e(k - j) in each channel.
 //
 // The newest error lies at history[head]; pushing moves head down by one, and when it reaches the
 // start the Capacity - 1 errors still needed move to the end. With Slack = 0, the least memory,
