@@ -50,6 +50,12 @@ def filtered():
     return [*long.stream(SAMPLES), long.step(0.1)]
 
 
+def numbers_read():
+    gains, rest = Controller.published().to_json().split(',"alpha"')
+    gains = gains.replace("0.", "0.1234567890123456789")
+    return Controller.from_json(f'{gains},"alpha"{rest}').gains.tolist()
+
+
 def noisy():
     scenario = Scenario.published(pose_noise=(0.01, 0.01), rng=3, integrator="exact")
     return nfopidn.simulate(scenario).cost
@@ -66,9 +72,7 @@ WORK = {
     "simulate with noise": noisy,
     "simulate a rival": lambda: nfopidn.simulate(controller=Rival("lqr")).cost,
     "read": lambda: Scenario.from_json(Scenario.published(rng=0).to_json()).reference.tolist(),
-    "a number read": lambda: Controller.from_json(
-        Controller.published().to_json().replace("0.", "0.1234567890123456789")
-    ).gains.tolist(),
+    "a number read": numbers_read,
     "trajectory": lambda: Trajectory.lemniscate().theta.tolist(),
     "reference": lambda: Scenario.published(rng=0).reference.tolist(),
     "costs": lambda: Objective(workers=2).costs(POINTS).tolist(),
