@@ -245,6 +245,18 @@ def test_margins_with_the_longest_memory(controller):
         assert own.peak_sensitivity >= peak * (1 - 1e-12)
 
 
+@pytest.mark.parametrize("memory", [500, 1024])
+def test_roots_that_are_thrown_far_inside_return(memory):
+    """The map's eigenvalues, which would be taken otherwise, cost half a minute."""
+    linear = _Linear(Scenario.published(), TUNED.replace(memory=memory), 0.3)
+    size = 5 + 3 * (memory + 1) + 2 * linear.sums + 2 * linear.delay
+    poles = linear._roots(size)
+    assert poles is not None
+    assert np.sum(poles != 0) > memory
+    trace = np.trace(linear._map(memory + 1, size))
+    assert np.sum(poles).real == pytest.approx(trace, abs=1e-8)
+
+
 def test_a_narrow_ripple_is_seen():
     """A last tap far back makes the loop ripple faster than an even grid in the logarithm shows."""
     taps = np.zeros((3, 1026))
