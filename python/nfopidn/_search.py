@@ -456,7 +456,7 @@ def returned(search: Callable[[], Result]) -> Result:
     """
     result: Result | None = None
     try:
-        with heeded_signals() as requests:
+        with _core.StandardArithmetic(), heeded_signals() as requests:
             result = search()
         if requests.asked:
             result.update(ended_by("interrupted"))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn._checks import check_sample_time, whole_number
 from nfopidn._compare import tables
 from nfopidn._compare.contenders import AnyController
@@ -224,6 +225,7 @@ def _check_sample_times(named: dict[str, list[Any]], scenarios: dict[str, Scenar
                 raise ValueError(f"{name!r} on {place!r}: {error}") from None
 
 
+@in_standard_arithmetic
 def compare(
     controllers: Mapping[str, Entry] | Sequence[AnyController],
     scenarios: Mapping[str, Scenario] | Sequence[str] | None = None,

@@ -104,8 +104,7 @@ def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
         "name": name,
         "guard": name.upper(),
         "version": __version__,
-        "origin": folded([f"Trajectory: {scenario.trajectory!r}"], " * ")
-        + _noted(origin, " * "),
+        "origin": folded([f"Trajectory: {scenario.trajectory!r}"], " * ") + _noted(origin, " * "),
         "origin_x": repr(origin[0]),
         "origin_y": repr(origin[1]),
         "sample_time": f"{scenario.trajectory.dt:g}",

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn._checks import is_number, real_numbers, shown
 from nfopidn._core import Controller
 
@@ -124,6 +125,7 @@ def prewarp_frequency(value: Any, dt: float) -> float:
     return 0.0 if value is None else number("prewarp", value, 0.0, math.pi / dt, " rad/s")
 
 
+@in_standard_arithmetic
 def band(value: Sequence[float] | None, dt: float, name: str = "band") -> tuple[float, float]:
     """Return (low, high) [rad/s]; None: the decade that ends at a tenth of Nyquist's frequency."""
     nyquist = math.pi / dt

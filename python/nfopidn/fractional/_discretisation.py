@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn.fractional import _checks as checks
 from nfopidn.fractional._errors import operator_errors, warn_if_far
 from nfopidn.fractional._realisation import delays, product_fault, scipy_system, series
@@ -71,6 +72,7 @@ class Discretisation:
         table[0, :3] *= self.gain
         return table
 
+    @in_standard_arithmetic
     def response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return the frequency response.
 
@@ -305,6 +307,7 @@ def discretise(
     return model
 
 
+@in_standard_arithmetic
 def _discretised(
     order: float,
     dt: float,

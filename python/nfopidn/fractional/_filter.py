@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn.fractional import _checks as checks
 from nfopidn.fractional._discretisation import rule_power, truncated_power
 from nfopidn.fractional._errors import operator_errors, warn_if_far, worded
@@ -140,6 +141,7 @@ class FractionalFilter:
         """
         return float(self._filter.certificate)
 
+    @in_standard_arithmetic
     def response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return the frequency response of the rule's kernel, of infinite memory in closed form.
 

@@ -8,6 +8,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from nfopidn import _core
+from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn._checks import (
     controller_or_published,
     no_tracking_law,
@@ -363,6 +364,7 @@ def _grid(taps: int) -> Array:
 _NAN = float("nan")
 
 
+@in_standard_arithmetic
 def margins(
     controller: Controller | None = None,
     scenario: Scenario | None = None,
