@@ -223,6 +223,30 @@ TEST(Documents, OrdersThatHaveNoModesAreRefusedWithALongMemory) {
             "sigma is 2; must be in (0, 2) with a memory beyond 1024");
 }
 
+TEST(Documents, WhatDoesNotGoWithOtherSettingsIsRefusedForThatReason) {
+  const auto refusal = [](const Json& extra) {
+    Json document = {{"format", controller_format}, {"version", controller_version}};
+    document.update(extra);
+    ControllerDesign design;
+    return read_controller(document, design).message;
+  };
+  const char* const form = "0 unless form is \"positional\" and allocation is \"decoupled\"";
+  EXPECT_EQ(refusal({{"pole_x", 0.5}}), std::string("pole_x is 0.5; must be ") + form);
+  EXPECT_EQ(refusal({{"integral_y", 0.5}}), std::string("integral_y is 0.5; must be ") + form);
+  EXPECT_EQ(refusal({{"amplitude_y", 2}, {"activation", "linear"}}),
+            "amplitude_y is 2; must be 1 where activation is \"linear\"");
+  EXPECT_EQ(refusal({{"speed_gain_theta", 2}}),
+            "speed_gain_theta is 2; must be 0 unless net is \"speed-errors\"");
+  EXPECT_EQ(refusal({{"net", "speed-errors"}, {"frame", "world"}}),
+            "frame is \"world\"; must be \"robot\" where net is \"speed-errors\"");
+  EXPECT_EQ(refusal({{"net", "speed-errors"}}),
+            "gains is 0.7614; must be 0 for ki and kd of x and theta where net is "
+            "\"speed-errors\"");
+  EXPECT_EQ(refusal({{"net", "whole"}, {"memory", 2000}}),
+            "net, amplitudes, pole, integral states or a scheduled lateral error do not go with "
+            "free taps or a memory beyond 1024");
+}
+
 // A run takes the sample time of its own scenario alone, to within what a log's stamps can tell.
 TEST(SampleTime, DecidesWhichRunsThereAre) {
   ControllerDesign design;

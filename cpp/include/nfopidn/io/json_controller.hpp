@@ -65,13 +65,39 @@ inline Outcome explain_memory_to_tune(const Memory& memory) {
   return refuse_number("memory", samples, between(0, maximum_memory), "samples to tune");
 }
 
-// Long memory needs operators whose tail is made of modes.
+namespace detail {
+
+// What a setting must be beside the others, in words.
+inline std::string rule_of(const Finding& finding) {
+  const std::string_view field = finding.field;
+  const auto begins = [&](std::string_view word) { return field.substr(0, word.size()) == word; };
+  if (begins("pole_") || begins("integral_")) {
+    return "0 unless form is \"positional\" and allocation is \"decoupled\"";
+  }
+  if (begins("amplitude_")) return "1 where activation is \"linear\"";
+  if (begins("speed_gain_")) return "0 unless net is \"speed-errors\"";
+  if (field == "gains") return "0 for ki and kd of x and theta where net is \"speed-errors\"";
+  // Long memory needs operators whose tail is made of modes.
+  return range_text(finding.range) + " with a memory beyond " + std::to_string(maximum_memory);
+}
+
+}  // namespace detail
+
 inline Outcome explain_consistency(const ControllerDesign& design) {
   const Finding finding = check_consistency(design);
   if (finding.status == Status::ok) return {};
-  return refuse(
-      finding.status, finding.field, number_text(finding.value),
-      range_text(finding.range) + " with a memory beyond " + std::to_string(maximum_memory));
+  const std::string_view field = finding.field;
+  if (field == "frame") {
+    return {finding.status, "frame is \"world\"; must be \"robot\" where net is \"speed-errors\""};
+  }
+  if (field == "net") {
+    return {finding.status,
+            "net, amplitudes, pole, integral states or a scheduled lateral error do not go with "
+            "free taps or a memory beyond " +
+                std::to_string(maximum_memory)};
+  }
+  return refuse(finding.status, finding.field, number_text(finding.value),
+                detail::rule_of(finding));
 }
 
 // A controller that knows its sample time runs at that one alone.
