@@ -4,6 +4,7 @@
 
 import ctypes
 import ctypes.util
+import pickle
 import platform
 
 import nfopidn
@@ -126,7 +127,9 @@ WORK = {
     ],
     "margins": lambda: margins_of(Controller.published()),
     "margins of long memory": lambda: margins_of(Controller.published(memory=200)),
-    "z plane": lambda: repr(stability.controller(Controller.published())),
+    "z plane": lambda: pickle.dumps(
+        (stability.controller(Controller.published(memory=20)), stability.operator(0.37, 20))
+    ),
 }
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn._checks import controller_or_published, scenario_or_published
 from nfopidn._core import Controller, Scenario, Trajectory
 
@@ -254,7 +253,6 @@ def _simulate(scenario: Scenario, controller: Controller, found: dict[str, Any])
     return Simulated(periods, None, distance, distance <= max(_ARRIVED * scale, 1e-3))
 
 
-@in_standard_arithmetic
 def loop(scenario: Scenario | None = None, controller: Controller | None = None) -> LoopStability:
     """Find the loop's orbit on its periodic reference, and whether it is stable.
 

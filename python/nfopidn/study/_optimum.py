@@ -9,7 +9,6 @@ from threading import Event
 
 import numpy as np
 
-from nfopidn._arithmetic import in_standard_arithmetic
 from nfopidn._checks import check_sample_time, whole_number
 from nfopidn._core import Controller, Scenario, SimulationResult
 from nfopidn._interrupt import wish_to_stop
@@ -86,7 +85,6 @@ class OpenLoopOptimum:
         return np.empty((0, 3)) if self.run is None else self.run.pose
 
 
-@in_standard_arithmetic
 def open_loop_optimum(
     scenario: Scenario | None = None,
     *,
