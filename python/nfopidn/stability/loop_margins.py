@@ -8,13 +8,13 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import (
     controller_or_published,
     no_tracking_law,
     real_number,
     scenario_or_published,
 )
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.stability.loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability.pole_map import short_memory
 
@@ -363,6 +363,7 @@ def _grid(taps: int) -> Array:
 _NAN = float("nan")
 
 
+@in_standard_arithmetic
 def margins(
     controller: Controller | None = None,
     scenario: Scenario | None = None,

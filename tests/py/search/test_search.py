@@ -16,7 +16,8 @@ import traceback
 import nfopidn
 import numpy as np
 import pytest
-from nfopidn import Forager, OptimizeResult, _core, _workers, bfoa
+from nfopidn import Forager, OptimizeResult, _core, bfoa
+from nfopidn.search import workers as _workers
 from nfopidn.search.optimise import MESSAGES
 from numpy.testing import assert_allclose, assert_array_equal
 from refusal import refused
