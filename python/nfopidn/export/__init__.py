@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nfopidn._core import Controller, Scenario
+from nfopidn.arguments import check_sample_time, no_rival
 from nfopidn.export.c_hardware import hardware_texts
 from nfopidn.export.c_law import law_texts
 from nfopidn.export.cpp_law import law_text

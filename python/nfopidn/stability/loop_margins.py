@@ -8,6 +8,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from nfopidn import _core
+from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import (
     controller_or_published,
     no_tracking_law,

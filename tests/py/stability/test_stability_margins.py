@@ -4,6 +4,7 @@ import control
 import numpy as np
 import pytest
 from nfopidn import Controller, Robot, Scenario, Trajectory, simulate, stability
+from nfopidn.stability import loop_roots as _loop_roots
 from nfopidn.stability.closed_loop import jacobians
 from nfopidn.stability.loop_margins import _Linear, _one_loop
 from refusal import refused
