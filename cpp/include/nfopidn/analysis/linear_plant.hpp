@@ -8,10 +8,12 @@
 
 namespace nfopidn {
 
+constexpr int plant_size = DifferentialDrive<double>::size;
+
 // Of the state x, y, theta, v, omega and the torques left, right.
 struct LinearPlant {
-  Eigen::Matrix<double, 5, 5> state;
-  Eigen::Matrix<double, 5, 2> torque;
+  Eigen::Matrix<double, plant_size, plant_size> state;
+  Eigen::Matrix<double, plant_size, 2> torque;
 };
 
 namespace detail {
@@ -23,8 +25,9 @@ inline State<Dual<double>> advance(const DifferentialDrive<double>& plant, doubl
   };
   State<Dual<double>> state = {number(0, 0), number(1, 0), number(2, 0), number(3, speed),
                                number(4, 0)};
-  plant.advance(state, math<Dual<double>>::heading(state.theta),
-                TorquePair<Dual<double>>{number(5, torque[0]), number(6, torque[1])});
+  plant.advance(
+      state, math<Dual<double>>::heading(state.theta),
+      TorquePair<Dual<double>>{number(plant_size, torque[0]), number(plant_size + 1, torque[1])});
   return state;
 }
 
@@ -35,7 +38,7 @@ inline LinearPlant linearise_plant(const DifferentialDrive<double>& plant, doubl
   double torque[2] = {0, 0};
   // Between the corners of Coulomb friction v depends on the torque linearly: a few steps do.
   for (int i = 0; i < 8; ++i) {
-    const Dual<double> v = detail::advance(plant, speed, torque, 5).v;
+    const Dual<double> v = detail::advance(plant, speed, torque, plant_size).v;
     if (v.slope == 0 || v.value == speed) break;
     const double change = (speed - v.value) / (2 * v.slope);
     torque[0] += change;
@@ -44,12 +47,12 @@ inline LinearPlant linearise_plant(const DifferentialDrive<double>& plant, doubl
   LinearPlant result;
   for (int direction = 0; direction < 7; ++direction) {
     const State<Dual<double>> to = detail::advance(plant, speed, torque, direction);
-    Eigen::Matrix<double, 5, 1> slopes;
+    Eigen::Matrix<double, plant_size, 1> slopes;
     slopes << to.x.slope, to.y.slope, to.theta.slope, to.v.slope, to.omega.slope;
-    if (direction < 5) {
+    if (direction < plant_size) {
       result.state.col(direction) = slopes;
     } else {
-      result.torque.col(direction - 5) = slopes;
+      result.torque.col(direction - plant_size) = slopes;
     }
   }
   return result;

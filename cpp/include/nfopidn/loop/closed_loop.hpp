@@ -8,6 +8,7 @@
 #include "nfopidn/loop/heading.hpp"
 #include "nfopidn/loop/poll.hpp"
 #include "nfopidn/plant/differential_drive.hpp"
+#include "nfopidn/plant/plant.hpp"
 
 namespace nfopidn {
 
@@ -43,10 +44,10 @@ NFOPIDN_INLINE constexpr Measurement<Scalar> with_noise(const Measurement<Scalar
 // The samples first .. last - 1. Returns `last`, or the sample at which every component had
 // diverged; the robot's state then stays as it was. Without noise the true and the measured pose
 // are one, and its cosine and sine are computed once.
-template <bool noisy, class Scalar, class Law, class Meter, class Observer>
-constexpr int run_piece(const DifferentialDrive<base_t<Scalar>>& plant, Law& law,
-                        LoopState<Scalar>& loop, const LoopInputs<base_t<Scalar>>& inputs,
-                        int first, int last, Meter& total, Observer& observe) {
+template <bool noisy, class Scalar, class Plant, class Law, class Meter, class Observer>
+constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop,
+                        const LoopInputs<base_t<Scalar>>& inputs, int first, int last, Meter& total,
+                        Observer& observe) {
   using Base = base_t<Scalar>;
   constexpr int bound_check_period = 32;  // a power of two
   // Copies, so that they never leave their registers.
@@ -92,11 +93,12 @@ constexpr int run_piece(const DifferentialDrive<base_t<Scalar>>& plant, Law& law
 }
 
 // A run that the poll stops has no result: what is returned means nothing.
-template <bool noisy, class Scalar, class Law, class Meter, class Observer, class SomePoll>
-constexpr LoopResult<Scalar> run_loop(const DifferentialDrive<base_t<Scalar>>& plant, Law& law,
-                                      LoopState<Scalar>& loop,
+template <bool noisy, class Scalar, class Plant, class Law, class Meter, class Observer,
+          class SomePoll>
+constexpr LoopResult<Scalar> run_loop(const Plant& plant, Law& law, LoopState<Scalar>& loop,
                                       const LoopInputs<base_t<Scalar>>& inputs, Meter meter,
                                       Observer& observe, const SomePoll& poll) {
+  static_assert(is_plant<Plant, Scalar>, "plant.hpp tells what a plant has");
   const int samples = inputs.samples;
   int done = 0;
   while (done < samples && !poll.is_stopped()) {
@@ -114,9 +116,9 @@ constexpr LoopResult<Scalar> run_loop(const DifferentialDrive<base_t<Scalar>>& p
 
 // As run_closed_loop() below, with another meter than a plain CostMeter, and in pieces between
 // which a poll may end the run.
-template <class Scalar, class Law, class Meter, class Observer, class SomePoll = NoPoll>
-constexpr LoopResult<Scalar> run_metered_loop(const DifferentialDrive<base_t<Scalar>>& plant,
-                                              Law& law, LoopState<Scalar>& loop,
+template <class Scalar, class Plant, class Law, class Meter, class Observer,
+          class SomePoll = NoPoll>
+constexpr LoopResult<Scalar> run_metered_loop(const Plant& plant, Law& law, LoopState<Scalar>& loop,
                                               const LoopInputs<base_t<Scalar>>& inputs,
                                               const Meter& meter, Observer&& observe,
                                               const SomePoll& poll = {}) {
@@ -128,9 +130,8 @@ constexpr LoopResult<Scalar> run_metered_loop(const DifferentialDrive<base_t<Sca
 // Runs `law` against `plant` from where `loop` stands, which is then where it ended; of a run that
 // diverges the robot's state stays as it was. `observe(k, state, commanded, applied)` is called at
 // each sample, before the robot moves; a run that diverges ends before it is called.
-template <class Scalar, class Law, class Observer, class SomePoll = NoPoll>
-constexpr LoopResult<Scalar> run_closed_loop(const DifferentialDrive<base_t<Scalar>>& plant,
-                                             Law& law, LoopState<Scalar>& loop,
+template <class Scalar, class Plant, class Law, class Observer, class SomePoll = NoPoll>
+constexpr LoopResult<Scalar> run_closed_loop(const Plant& plant, Law& law, LoopState<Scalar>& loop,
                                              const LoopInputs<base_t<Scalar>>& inputs,
                                              Observer&& observe, const SomePoll& poll = {}) {
   return run_metered_loop<Scalar>(plant, law, loop, inputs,
@@ -138,9 +139,9 @@ constexpr LoopResult<Scalar> run_closed_loop(const DifferentialDrive<base_t<Scal
 }
 
 // The same from `state`, with no torque on its way to the wheels.
-template <class Scalar, class Law, class Observer, class SomePoll = NoPoll>
-constexpr LoopResult<Scalar> run_closed_loop(const DifferentialDrive<base_t<Scalar>>& plant,
-                                             Law& law, const State<Scalar>& state,
+template <class Scalar, class Plant, class Law, class Observer, class SomePoll = NoPoll>
+constexpr LoopResult<Scalar> run_closed_loop(const Plant& plant, Law& law,
+                                             const State<Scalar>& state,
                                              const LoopInputs<base_t<Scalar>>& inputs,
                                              Observer&& observe, const SomePoll& poll = {}) {
   LoopState<Scalar> loop{state, DelayLine<Scalar>(inputs.delay)};

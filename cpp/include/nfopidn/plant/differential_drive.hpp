@@ -20,6 +20,9 @@ struct ChoiceNames<Integrator> {
 template <class Base>
 class DifferentialDrive {
  public:
+  using Parameters = Robot<Base>;
+  static constexpr int size = 5;  // numbers of State
+
   // `dt` is the sample time [s], divided into `substeps` equal steps.
   constexpr DifferentialDrive(const Robot<Base>& robot, const Friction<Base>& friction,
                               Integrator integrator, Base dt, int substeps)
@@ -57,6 +60,23 @@ class DifferentialDrive {
       }
       state = moved;
     }
+  }
+
+  // The torques that give the accelerations at the state's speeds, with the viscous friction made
+  // up for and without Coulomb friction.
+  template <class Scalar>
+  constexpr TorquePair<Scalar> inverse(const State<Scalar>& state, const Scalar& linear,
+                                       const Scalar& angular) const {
+    const Scalar both =
+        (linear + state.v * friction_.linear_rate) * (Base(1) / acceleration_.drive);
+    const Scalar difference =
+        (angular + state.omega * friction_.angular_rate) * (Base(1) / acceleration_.steer);
+    return {(both + difference) * Base(0.5), (both - difference) * Base(0.5)};
+  }
+
+  template <class Scalar>
+  static constexpr Heading<Scalar> heading(const State<Scalar>& state) {
+    return math<Scalar>::heading(state.theta);
   }
 
  private:
