@@ -57,6 +57,7 @@ class _ScenarioChanges(TypedDict, total=False):
     delay: int
     divergence_distance: float
     rng: _Seed
+    model: Robot | None
 
 class _PublishedScenarioChanges(_ScenarioChanges, total=False):
     period: float
@@ -286,6 +287,7 @@ class Scenario:
         delay: int = 0,
         divergence_distance: float = 10.0,
         rng: _Seed = None,
+        model: Robot | None = None,
     ) -> None: ...
     @staticmethod
     def published(**changes: Unpack[_PublishedScenarioChanges]) -> Scenario: ...
@@ -326,6 +328,8 @@ class Scenario:
     def divergence_distance(self) -> float: ...
     @property
     def seed(self) -> int: ...
+    @property
+    def model(self) -> Robot | None: ...
     @property
     def reference(self) -> _Array: ...
     def __eq__(self, other: object, /) -> bool: ...

@@ -170,6 +170,14 @@ Scenario changed(const std::string& callable, Scenario scenario, py::dict argume
   };
   take("trajectory", scenario.trajectory);
   take("robot", scenario.robot);
+  if (arguments.contains("model") && arguments["model"].is_none()) {
+    scenario.model.reset();
+    arguments.attr("pop")("model");
+  }
+  Robot<double> model;
+  const bool has_model = arguments.contains("model");
+  take("model", model);
+  if (has_model) scenario.model = model;
   check(callable, read_settings(to_json(arguments), "", scenario));
   check(callable, explain_consistency(scenario));
   return scenario;

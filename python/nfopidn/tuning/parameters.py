@@ -265,7 +265,7 @@ def make_search(
     if structure is not None and is_rival(structure):
         rival, box = _rival_box(structure)
         if scenarios and "robot" not in structure:
-            rival = rival.replace(robot=scenarios[0].robot)
+            rival = rival.replace(robot=scenarios[0].model or scenarios[0].robot)
         rivals = RivalSearch(*_free_box(box, bounds, frozen, tied), rival)
         for corner in (rivals.low, rivals.high):  # refuses what a rival may not have
             rivals.controller(corner)
