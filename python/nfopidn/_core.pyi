@@ -5,6 +5,8 @@ from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn.families import Family
+
 __version__: str
 START_SHARE: float
 METHODS: dict[str, int]
@@ -298,6 +300,7 @@ class Scenario:
     def load(path: _Path) -> Scenario: ...
     def save(self, path: _Path) -> None: ...
     def replace(self, **changes: Unpack[_ScenarioChanges]) -> Scenario: ...
+    def variations(self, which: str | None = None, **changes: Any) -> Family: ...
     @property
     def trajectory(self) -> Trajectory: ...
     @property

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from nfopidn import _core
 from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import is_number, real_numbers, whole_number
+from nfopidn.families.family import Family
 from nfopidn.search.optimise import MAXIMUM_WORKERS, Array
 from nfopidn.tuning.parameters import ControllerSearch, make_search
 from nfopidn.tuning.result import scenario_list
@@ -148,8 +149,8 @@ def scenarios_of(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenari
     """Give the scenarios of tune(); without any, the published one with seed 0."""
     if scenario is None:
         return [Scenario.published(rng=0)]
-    if not isinstance(scenario, Scenario | list | tuple):
-        raise ValueError("scenario must be a Scenario or a list of them")
+    if not isinstance(scenario, Scenario | Family | list | tuple):
+        raise ValueError("scenario must be a Scenario, a Family or a list of Scenarios")
     scenarios = scenario_list(scenario)
     if not scenarios or not all(isinstance(one, Scenario) for one in scenarios):
         raise ValueError("scenario must be a Scenario or a list of at least one")

@@ -31,6 +31,7 @@ MODULES = [
     "console",
     "fractional",
     "stability",
+    "families",
     "plot",
     "search",
     "tuning",
