@@ -552,11 +552,13 @@ class CostFunction:
         fixed: Sequence[float],
         dimension: int,
         worst_share: float,
+        caps: Sequence[float],
         threads: int,
     ) -> None: ...
     def costs(self, points: _Rows) -> _Array: ...
     def gradient(self, x: _Numbers) -> tuple[float, _Array]: ...
 
+def family_cap(scenario: Scenario) -> float: ...
 def checkpoint_problem(path: str) -> str | None: ...
 def search_function(function: Callable[..., Any], request: dict[str, Any]) -> dict[str, Any]: ...
 def search_controller(
@@ -566,6 +568,7 @@ def search_controller(
     source: Sequence[int],
     fixed: Sequence[float],
     worst_share: float,
+    caps: Sequence[float],
     threads: int,
     request: dict[str, Any],
 ) -> dict[str, Any]: ...
@@ -575,6 +578,7 @@ def search_rival(
     source: Sequence[int],
     fixed: Sequence[float],
     worst_share: float,
+    caps: Sequence[float],
     threads: int,
     request: dict[str, Any],
 ) -> dict[str, Any]: ...

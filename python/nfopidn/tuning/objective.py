@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from nfopidn import _core
 from nfopidn._core import Controller, Scenario
-from nfopidn.arguments import is_number, real_numbers, whole_number
+from nfopidn.arguments import is_number, real_numbers, shown, whole_number
 from nfopidn.families.family import Family
 from nfopidn.search.optimise import MAXIMUM_WORKERS, Array
-from nfopidn.tuning.parameters import ControllerSearch, make_search
+from nfopidn.tuning.parameters import ControllerSearch, Mean, make_search
 from nfopidn.tuning.result import scenario_list
 
 
@@ -38,9 +38,10 @@ class Objective:
         frozen: Mapping[str, float] | None = None,
         tied: Mapping[str, str] | None = None,
         worst_share: float = 1.0,
+        cost_cap: float | str | None = None,
         workers: int = 1,
     ) -> None:
-        """Take the arguments of tune()."""
+        """Take the arguments of tune(), of a nominal search: no variations, and no cap."""
         scenarios = scenarios_of(scenario)
         search = make_search(structure, bounds, frozen, tied, scenarios)
         if not isinstance(search, ControllerSearch):
@@ -51,7 +52,8 @@ class Objective:
         self.parameters = search.names
         #: (p, 2): low and high of each.
         self.bounds = np.column_stack([search.low, search.high])
-        self._function = cost_function(scenarios, search, worst_share, workers)
+        mean = (float(worst_share), cost_caps(cost_cap, scenarios))
+        self._function = cost_function(scenarios, search, mean, workers)
         # Copies: what the caller makes of its own afterwards is not this objective's.
         self._arguments: dict[str, Any] = {
             "scenario": list(scenarios),
@@ -60,6 +62,7 @@ class Objective:
             "frozen": _own(frozen),
             "tied": _own(tied),
             "worst_share": worst_share,
+            "cost_cap": cost_cap,
             "workers": workers,
         }
 
@@ -123,7 +126,7 @@ def _own(given: Any) -> Any:
 
 
 def cost_function(
-    scenarios: list[Scenario], search: ControllerSearch, worst_share: float, workers: int
+    scenarios: list[Scenario], search: ControllerSearch, mean: Mean, workers: int
 ) -> _core.CostFunction:
     """Make the core's cost function of the free parameters over scenarios."""
     return _core.CostFunction(
@@ -133,7 +136,7 @@ def cost_function(
         search.source,
         search.fixed,
         len(search.names),
-        float(worst_share),
+        *mean,
         int(workers),
     )
 
@@ -143,6 +146,25 @@ def check_share(worst_share: float, workers: int) -> None:
     whole_number("workers", workers, 1, MAXIMUM_WORKERS)
     if not is_number(worst_share) or not 0 <= worst_share <= 1:
         raise ValueError(f"worst_share is {worst_share}; must be in [0, 1]")
+
+
+def cost_caps(cost_cap: float | str | None, scenarios: Sequence[Scenario]) -> list[float]:
+    """Give the cap of each scenario's cost; an empty list where costs count as they are.
+
+    Raises
+    ------
+    ValueError
+        Neither None, nor "friction", nor a positive number.
+    """
+    if cost_cap is None:
+        return []
+    if isinstance(cost_cap, str) and cost_cap == "friction":
+        return [_core.family_cap(scenario) for scenario in scenarios]
+    if not is_number(cost_cap) or not 0 < float(cost_cap) < np.inf:
+        raise ValueError(
+            f"cost_cap is {shown(cost_cap)}; must be a positive number, 'friction' or None"
+        )
+    return [float(cost_cap)] * len(scenarios)
 
 
 def scenarios_of(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenario]:
