@@ -68,10 +68,29 @@ refused "needs C++17" g++ -std=c++14
 refused "needs C++17" clang++ -std=c++14
 echo "compilers: the firmware zone needs a compiler and <stdint.h>, in C++17, 20 and 23"
 
+# The host's headers, each once: wide_loops.hpp is a part of wide.hpp. Where 32 bits or a standard
+# warn, a user's -Werror does not build.
+host() { # compiler and options
+  find cpp/include/nfopidn -name '*.hpp' ! -name wide_loops.hpp -printf '#include "nfopidn/%P"\n' | sort |
+    "$@" "${warnings[@]}" -Icpp/include -isystem /usr/include/eigen3 -fsyntax-only -x c++ - ||
+    fail "$*, the host's headers"
+}
+# Debian has <asm/errno.h> where 64 bits look for it.
+bits32=(g++-12 -m32 -msse2 -mfpmath=sse -idirafter /usr/include/x86_64-linux-gnu)
+host "${bits32[@]}" -std=c++17
+host clang++ -std=c++20
+host g++-11 -std=c++2b
+python=.venv/bin/python
+[[ -x $python ]] || python=python3
+read -ra pybind <<<"$("$python" -m pybind11 --includes)"
+g++ -std=c++2b "${warnings[@]}" -Icpp/include -isystem /usr/include/eigen3 "${pybind[@]/#-I/-isystem}" \
+  -fvisibility=hidden -fsyntax-only cpp/src/bindings/fractional.cpp || fail "the bindings in C++23"
+echo "compilers: the host's headers warn in no standard, with GCC 11 and 12, Clang and in 32 bits"
+
 # A search ends at the same bits whatever the processor and Eigen's vectors: here, without Eigen's
 # vectors, in 32 bits, and on aarch64 in the emulator, where lanes are the generic unit.
 googletest=/usr/src/googletest/googletest
-common=(-std=c++17 -O1 -ffp-contract=off -w -pthread -Icpp/include -Icpp/src -Itests/cpp
+common=(-std=c++17 -O1 -ffp-contract=off -Wall -Wextra -Werror -pthread -Icpp/include -Icpp/src -Itests/cpp
   -isystem /usr/include/eigen3 -isystem "$googletest/include"
   -DNFOPIDN_GOLDEN="\"$PWD/tests/golden\"")
 generic=(cpp/src/batch/dispatch.cpp cpp/src/batch/kernel_generic.cpp)
@@ -86,8 +105,7 @@ bits() { # a name, and a program to run it by
 
 probe here g++ "$library"
 probe plain_eigen g++ -DEIGEN_DONT_VECTORIZE "$library"
-# Debian has <asm/errno.h> where 64 bits look for it.
-probe bits32 g++-12 -m32 -msse2 -mfpmath=sse -idirafter /usr/include/x86_64-linux-gnu "${generic[@]}"
+probe bits32 "${bits32[@]}" "${generic[@]}"
 probe aarch64 aarch64-linux-gnu-g++ -static "${generic[@]}"
 here=$(bits here)
 for other in "plain_eigen" "bits32" "aarch64 qemu-aarch64"; do

@@ -62,7 +62,7 @@ def doxyfile(repository: Path, output: Path, version: str) -> str:
         "ENABLE_PREPROCESSING": "YES",
         "MACRO_EXPANSION": "YES",
         "EXPAND_ONLY_PREDEF": "YES",
-        "PREDEFINED": macros(sources),
+        "PREDEFINED": [*macros(sources), "__restrict="],  # Sphinx does not know the word
         "SORT_MEMBER_DOCS": "NO",
         "GENERATE_HTML": "NO",
         "GENERATE_LATEX": "NO",

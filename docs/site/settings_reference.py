@@ -33,7 +33,8 @@ class Setting:
 ENTRY = re.compile(
     r"^(?P<name>\w+)\n[ ]{4}(?P<text>[^\n]+?)"
     r"(?: \[(?P<unit>[^\]\d][^\]]*)\])?"
-    r"(?:; (?P<allowed>in \[[^\]]*\]|one of [^\n]*?))?\. Default: (?P<default>[^\n]*)\.$",
+    r"(?:; (?P<allowed>in \[[^\]]*\]|one of [^\n]*?|(?:greater than|at least) [^\n]*?))?"
+    r"\. Default: (?P<default>[^\n]*)\.$",
     re.MULTILINE,
 )
 

@@ -13,12 +13,12 @@
 namespace {
 
 using namespace nfopidn;
-using Samples = std::vector<Sample>;
+using SampleList = std::vector<Sample>;
 using Pairs = std::vector<TorquePair<double>>;
 using DoubleLaw = Controller<double, Fir<double, 7>>;
 
 struct Run {
-  Samples samples;
+  SampleList samples;
   Pairs torques;
 };
 
@@ -42,8 +42,8 @@ Run published_run() {
 }
 
 // Errors of all sizes, headings far out and torques beyond the limit: every branch of the step.
-Samples stress_samples() {
-  Samples samples;
+SampleList stress_samples() {
+  SampleList samples;
   Random random(1);
   const auto draw = [&](double size) {
     return static_cast<float>(size * (2 * random.uniform() - 1));
@@ -57,7 +57,7 @@ Samples stress_samples() {
   return samples;
 }
 
-void write_samples(std::FILE* file, const char* name, const Samples& samples) {
+void write_samples(std::FILE* file, const char* name, const SampleList& samples) {
   std::fprintf(file, "inline constexpr Sample %s[] = {\n", name);
   for (const Sample& s : samples) {
     const Pose& m = s.measured;
@@ -69,7 +69,7 @@ void write_samples(std::FILE* file, const char* name, const Samples& samples) {
   std::fprintf(file, "};\n");
 }
 
-void write_torques(std::FILE* file, const char* name, const Samples& samples, const Pairs& run) {
+void write_torques(std::FILE* file, const char* name, const SampleList& samples, const Pairs& run) {
   control_reset();
   DoubleLaw law;
   law.configure({});
@@ -97,7 +97,7 @@ int main(int count, char** words) {
   }
   const std::string directory = words[1];
   const Run run = published_run();
-  const Samples stress = stress_samples();
+  const SampleList stress = stress_samples();
 
   std::FILE* header = std::fopen((directory + "/recording.hpp").c_str(), "w");
   std::FILE* table = std::fopen((directory + "/torques.csv").c_str(), "w");

@@ -77,7 +77,7 @@ def check_outputs(outputs: Mapping[str, str | None], inputs: Sequence[str] = ())
 
 
 def replace_file(path: str | PathLike[str], content: str | bytes) -> None:
-    """Write a file whole or not at all; an open one, such as /dev/stdout, after what is there."""
+    """Write a file atomically; to a stream, such as /dev/stdout, the text is appended."""
     if sys.stdout is not None:
         sys.stdout.flush()
     _core.write_file(path, content.encode() if isinstance(content, str) else content)
@@ -107,7 +107,7 @@ def raise_kept(faults: list[OSError | ValueError]) -> None:
 
 
 def save_picture(figure: Figure, path: str | PathLike[str], **settings: Any) -> None:
-    """Save a figure whole or not at all, in the format that the name's end asks for."""
+    """Save a figure atomically, in the format that the name's suffix asks for."""
     picture = BytesIO()
     figure.savefig(picture, format=Path(path).suffix[1:].lower(), **settings)
     replace_file(path, picture.getvalue())

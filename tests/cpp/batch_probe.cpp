@@ -1,4 +1,5 @@
-// Prints which instructions are chosen here, and some costs and slopes to the last bit.
+// Prints which instructions are chosen here, and to the last bit where a search ends and the sum of
+// its history's means.
 #include <cstdio>
 #include <cstdlib>
 
@@ -14,5 +15,7 @@ int main(int argc, char** argv) {
   std::printf("%s %a", ChoiceNames<InstructionSet>::names[static_cast<int>(best_instruction_set())],
               result.cost);
   for (const double x : result.x) std::printf(" %a", x);
-  std::printf("\n");
+  double means = 0;
+  for (const HistoryRow& row : result.history) means += row.mean;
+  std::printf(" %a\n", means);
 }

@@ -1,4 +1,6 @@
 // Any bytes as a table, and the table as a trajectory.
+#include <string>
+
 #include "documents.hpp"
 #include "nfopidn/io/csv.hpp"
 
@@ -60,8 +62,9 @@ void check_trajectory(const csv::Table& table, std::uint8_t choices) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
+  const std::string text = fuzz::text_of(data, size);
   csv::Table table;
-  if (const Outcome outcome = csv::parse("path.csv", fuzz::text_of(data, size), table); !outcome) {
+  if (const Outcome outcome = csv::parse("path.csv", text, table); !outcome) {
     fuzz::require_reason(outcome);
     return 0;
   }

@@ -29,6 +29,16 @@ struct PyController {
   explicit PyController(const ControllerDesign& given) : settings(given) {}
 };
 
+// StandardArithmetic for as long as a context of Python's lasts, for its own arithmetic there.
+class ArithmeticContext {
+ public:
+  void enter() { arithmetic_.emplace(); }
+  void leave() { arithmetic_.reset(); }
+
+ private:
+  std::optional<StandardArithmetic> arithmetic_;
+};
+
 // As a context, ends long work of its thread once a Python function says so: Ctrl-C comes to the
 // main thread alone, which sets an event for the others.
 class StopIf {

@@ -15,6 +15,15 @@ PYBIND11_MODULE(_core, module) {
       .def("__enter__", &binding::StopIf::enter)
       .def("__exit__",
            [](binding::StopIf& self, const binding::py::args& /*error*/) { self.leave(); });
+  binding::py::class_<binding::ArithmeticContext>(
+      module, "StandardArithmetic", binding::py::is_final(),
+      "StandardArithmetic()\n--\n\nAs a context, rounds to nearest and keeps subnormal numbers in "
+      "its thread, whatever another library has left on, which comes back at the end.")
+      .def(binding::py::init<>())
+      .def("__enter__", &binding::ArithmeticContext::enter)
+      .def("__exit__", [](binding::ArithmeticContext& self, const binding::py::args& /*error*/) {
+        self.leave();
+      });
   binding::bind_files(module);
   binding::bind_robot(module);
   binding::bind_trajectory(module);

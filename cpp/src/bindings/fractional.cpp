@@ -10,6 +10,7 @@ namespace nfopidn::python {
 namespace {
 
 using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Row = py::array_t<double>;
 
 // The filter and what it was made of.
 struct PyFractionalFilter {
@@ -21,14 +22,14 @@ int samples_of(double memory) {
   return std::isinf(memory) ? infinite_memory : static_cast<int>(memory);
 }
 
-py::array weights(double pole, double order, int memory) {
-  py::array_t<double> result(memory + 1);
+Row weights(double pole, double order, int memory) {
+  Row result(memory + 1);
   series_weights(pole, order, memory, result.mutable_data());
-  return std::move(result);
+  return result;
 }
 
-py::array process(PyFractionalFilter& self, const Samples& samples) {
-  py::array_t<double> result(samples.size());
+Row process(PyFractionalFilter& self, const Samples& samples) {
+  Row result(samples.size());
   const double* in = samples.data();
   double* out = result.mutable_data();
   const py::ssize_t count = samples.size();
@@ -43,7 +44,7 @@ py::array process(PyFractionalFilter& self, const Samples& samples) {
     }
     out[i] = self.filter.step(in[i]);
   }
-  return std::move(result);
+  return result;
 }
 
 double certificate(PyFractionalFilter& self) {

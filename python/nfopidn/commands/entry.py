@@ -191,6 +191,8 @@ def _export(arguments: argparse.Namespace) -> int:
         raise ValueError("--hardware is written in C; give --c too")
     if arguments.longest_step is not None and not arguments.hardware:
         raise ValueError("--longest-step is the odometry's; give --hardware too")
+    if arguments.velocity_limits is not None and not arguments.hardware:
+        raise ValueError("--velocity-limits are the hardware's; give --hardware too")
     if in_c:
         name = "nfopidn" if arguments.name is None else arguments.name
         written += nfopidn.export_c(
@@ -201,6 +203,7 @@ def _export(arguments: argparse.Namespace) -> int:
             hardware=arguments.hardware,
             reference=arguments.reference,
             longest_step=arguments.longest_step,
+            velocity_limits=arguments.velocity_limits,
         )
     if arguments.cpp:
         name = "nfopidn_controller" if arguments.name is None else arguments.name
@@ -245,6 +248,14 @@ def _add_export(commands: Any) -> None:
         metavar="METRES",
         help="with --hardware: the farthest a wheel can roll in a sample; beyond, an encoder has "
         "failed (ten times what the reference asks)",
+    )
+    add(
+        "--velocity-limits",
+        type=float,
+        nargs=4,
+        metavar=("V", "OMEGA", "ACCELERATION", "ANGULAR"),
+        help="with --hardware, for bases that take velocities: the most m/s, rad/s, m/s^2 and "
+        "rad/s^2; 0: the base does not move; inf: no limit (the default)",
     )
     add("--reference", action="store_true", help="also the reference, as a table; needs --scenario")
     add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")

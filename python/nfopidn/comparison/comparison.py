@@ -23,6 +23,7 @@ from nfopidn._core import (
     simulate,
 )
 from nfopidn.arguments import check_sample_time, whole_number
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.comparison import tables
 from nfopidn.comparison.contenders import AnyController
 from nfopidn.comparison.ranking import Ranking, rank
@@ -229,6 +230,7 @@ def _check_sample_times(named: dict[str, list[Any]], scenarios: dict[str, Scenar
                 raise ValueError(f"{name!r} on {place!r}: {error}") from None
 
 
+@in_standard_arithmetic
 def compare(
     controllers: Mapping[str, Entry] | Sequence[AnyController],
     scenarios: Family | Mapping[str, Scenario] | Sequence[str] | None = None,

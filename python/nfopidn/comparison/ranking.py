@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn.arithmetic import in_standard_arithmetic
+
 #: A difference counts when chance alone gives one as large less often than this.
 SIGNIFICANCE = 0.05
 
@@ -67,6 +69,7 @@ def _paired(
     return costs[pair][:, np.sort(first)]
 
 
+@in_standard_arithmetic
 def rank(
     names: list[str], costs: NDArray[np.float64], draws: NDArray[np.int64] | None = None
 ) -> Ranking:

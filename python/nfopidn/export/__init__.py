@@ -7,6 +7,7 @@ Both run in single precision and do the same operations in the same order as the
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from nfopidn._core import Controller, Scenario
@@ -15,7 +16,7 @@ from nfopidn.export.c_hardware import hardware_texts
 from nfopidn.export.c_law import law_texts
 from nfopidn.export.cpp_law import law_text
 from nfopidn.export.design import check_name, design_of, write
-from nfopidn.export.reference import c_reference_texts
+from nfopidn.export.reference import c_reference_texts, warn_of_origin
 
 
 def _asked(wanted: bool, what: str, scenario: Scenario | None) -> Scenario | None:
@@ -37,6 +38,7 @@ def export_c(
     hardware: bool = False,
     reference: bool = False,
     longest_step: float | None = None,
+    velocity_limits: Sequence[float] | None = None,
 ) -> list[Path]:
     """Write a controller as self-contained C99, a header and a source, in single precision.
 
@@ -62,11 +64,16 @@ def export_c(
         scenario, which must be given, has the robot and the sample time.
     reference
         Also write ``name_reference.h`` and ``name_reference.c``: the scenario's reference, a table.
-        A path that goes beyond 1e6 m is counted from its first sample, and the header says so.
+        A path that goes beyond 8192 m, from where on a float's steps are a millimetre and more, is
+        counted from its first sample; a warning and the header say so.
     longest_step
         Of `hardware`: the farthest that a wheel can roll in a sample, in [1e-6, 1e6] m. Encoders
         that tell more have failed, and the odometry leaves the pose. Default: ten times what a
         wheel rolls on the scenario's reference.
+    velocity_limits
+        Of `hardware`, for bases that take velocities: the most v [m/s], omega [rad/s], acceleration
+        [m/s^2] and angular acceleration [rad/s^2], written as ``NAME_VELOCITY_LIMITS``. 0: the base
+        does not move; infinity, the default of each: no limit.
 
     Returns
     -------
@@ -78,10 +85,16 @@ def export_c(
     ValueError
         A name that is no identifier, ``lateral="speed"`` without a speed scale, a tap beyond the
         range of single precision, a reference or hardware without a scenario, a controller made
-        for another sample time than the scenario's, or a `longest_step` out of range or without
-        `hardware`; a reference that goes farther than 1e6 m.
+        for another sample time than the scenario's, a `longest_step` out of range,
+        `velocity_limits` that are negative or no numbers, either of them without `hardware`; a
+        reference that goes farther than 8192 m from its first sample.
     OSError
         A file cannot be written.
+
+    Warns
+    -----
+    UserWarning
+        A reference that is counted from its first sample.
     """
     check_name(name)
     design = design_of(no_rival(controller), scenario)
@@ -89,12 +102,15 @@ def export_c(
     robot = _asked(hardware, "hardware is asked for (robot, sample time)", scenario)
     if longest_step is not None and not hardware:
         raise ValueError("longest_step is given without hardware, which has the odometry")
+    if velocity_limits is not None and not hardware:
+        raise ValueError("velocity_limits are given without hardware, which has velocities")
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
     if robot is not None:
         check_sample_time(controller, robot)
-        texts |= hardware_texts(robot, name, longest_step)
+        texts |= hardware_texts(robot, name, longest_step, velocity_limits)
     if path is not None:
         texts |= c_reference_texts(path, name)
+        warn_of_origin(path)
     return write(directory, texts)
 
 
@@ -123,7 +139,8 @@ def export_cpp(
     name
         The namespace and the file: an identifier of C and C++ other than ``nfopidn``.
     reference
-        Also define the tables ``name::reference`` and ``name::laps`` of the scenario's reference.
+        Also define the tables ``name::reference`` and ``name::laps`` of the scenario's reference,
+        as export_c() has it.
 
     Returns
     -------
@@ -138,6 +155,11 @@ def export_cpp(
         made for another sample time than the scenario's.
     OSError
         A file cannot be written.
+
+    Warns
+    -----
+    UserWarning
+        A reference that is counted from its first sample.
     """
     check_name(name)
     if name == "nfopidn":
@@ -145,4 +167,6 @@ def export_cpp(
     design = design_of(no_rival(controller), scenario)
     path = _referenced(scenario, reference)
     text = law_text(controller, scenario, design, name, reference=path)
+    if path is not None:
+        warn_of_origin(path)
     return write(directory, {f"{name}.hpp": text})

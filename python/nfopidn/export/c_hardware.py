@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from nfopidn._core import Scenario, __version__
-from nfopidn.arguments import real_number
+from nfopidn.arguments import is_number, real_number, shown
 from nfopidn.export.design import folded, fragment, literal, template
 from nfopidn.export.self_test import self_test_text
 
 _LONGEST_STEP = 1e6  # [m]
+_NO_LIMIT = 1e30  # as VelocityLimits of the core has it
+_LIMITS = ("v", "omega", "acceleration", "angular_acceleration")
 _MARGIN = 10.0  # of the longest step over what a wheel rolls in a sample of the reference
 
 
@@ -28,8 +32,28 @@ def _longest_step(scenario: Scenario, asked: float | None) -> np.float32:
     return np.float32(min(_MARGIN * rolled, _LONGEST_STEP))
 
 
+def _velocity_limits(asked: Sequence[float] | None) -> list[np.float32]:
+    """Give v [m/s], omega [rad/s] and their rates, each 0 or more; none of them without `asked`."""
+    if asked is None:
+        return [np.float32(_NO_LIMIT)] * len(_LIMITS)
+    if isinstance(asked, str | bytes) or not hasattr(asked, "__len__") or len(asked) != 4:
+        raise ValueError(f"velocity_limits is {asked!r}; must be 4 numbers, {', '.join(_LIMITS)}")
+    numbers = []
+    for limit, value in zip(_LIMITS, asked, strict=True):
+        if not is_number(value) or not value >= 0:
+            raise ValueError(
+                f"velocity_limits has {limit} {shown(value)}; must be a number of 0 (the base does "
+                "not move) or more; inf: no limit"
+            )
+        numbers.append(np.float32(min(value, _NO_LIMIT)))
+    return numbers
+
+
 def hardware_texts(
-    scenario: Scenario, name: str, longest_step: float | None = None
+    scenario: Scenario,
+    name: str,
+    longest_step: float | None = None,
+    velocity_limits: Sequence[float] | None = None,
 ) -> dict[str, str]:
     """Header and source by file."""
     robot, dt = scenario.robot, np.float32(scenario.trajectory.dt)
@@ -46,6 +70,7 @@ def hardware_texts(
         "track_width": literal(track),
         "wheel_radius": literal(radius),
         "longest_step": literal(_longest_step(scenario, longest_step)),
+        "velocity_limits": ", ".join(map(literal, _velocity_limits(velocity_limits))),
         "compiler": template("compiler.c").substitute(name=name),
         "functions": "\n".join(fragment(f"{part}.c") for part in ("angle", "bits", "heading")),
         # As Acceleration and VelocityOutput compute them in float.

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
+from typing import Any
+
 import numpy as np
 
 from nfopidn._core import Scenario, __version__
 from nfopidn.export.design import folded, literal, template
 
-_FARTHEST = 1e6  # [m]: beyond, the guard takes a pose for a bad one
+#: [m]: from here on a float's steps are a millimetre and more, and make torques rough.
+_FARTHEST = 8192.0
+#: [rad]: as far a float's steps are 6e-5 rad. The law takes whole turns off anyway.
+_MOST_TURNED = 1024.0
 
 Rows = np.ndarray[tuple[int, ...], np.dtype[np.float32]]
 
@@ -15,8 +21,13 @@ Rows = np.ndarray[tuple[int, ...], np.dtype[np.float32]]
 def _rows_of(scenario: Scenario) -> tuple[Rows, tuple[float, float]]:
     """x, y, theta, v, omega, tau_left, tau_right, reverse a sample; and where x and y are 0.
 
-    Of a path beyond the guard's reach, as in coordinates of a map, that is its first sample: a
-    float has no digits for the rest.
+    Of a path that goes far off, as in coordinates of a map, that is its first sample: a float has
+    no digits for the rest.
+
+    Raises
+    ------
+    ValueError
+        For a path that goes as far from its first sample.
     """
     rows = np.array(scenario.reference)
     if not scenario.feedforward:
@@ -28,19 +39,37 @@ def _rows_of(scenario: Scenario) -> tuple[Rows, tuple[float, float]]:
         if (farthest := float(np.abs(rows[:, :2]).max())) > _FARTHEST:
             raise ValueError(
                 f"the reference goes {farthest:g} m away from its first sample; must stay within "
-                f"{_FARTHEST:g} m of it, or of the origin, for single precision"
+                f"{_FARTHEST:g} m of it, or of the origin: beyond, single precision has steps of "
+                "a millimetre and more"
             )
+    if np.abs(rows[:, 2]).max() > _MOST_TURNED:
+        rows[:, 2] = _wrapped(rows[:, 2])
     return rows.astype(np.float32), origin
 
 
-def _origin_note(origin: tuple[float, float], prefix: str) -> str:
+def _wrapped(angles: Any) -> Any:
+    """Give angles less whole turns, in [-pi, pi)."""
+    return np.remainder(angles + np.pi, 2 * np.pi) - np.pi
+
+
+def warn_of_origin(scenario: Scenario) -> None:
+    """Warn where a table has another origin than the scenario; of the caller's caller."""
+    if note := _origin_note(_rows_of(scenario)[1]):
+        warnings.warn(f"reference: {note}", stacklevel=3)
+
+
+def _origin_note(origin: tuple[float, float]) -> str:
     if origin == (0.0, 0.0):
         return ""
-    line = (
+    return (
         f"The path lies far off: x and y are counted from its first sample, ({origin[0]!r}, "
         f"{origin[1]!r}) m. Take the same off every measured pose, in double precision."
     )
-    return "\n" + folded([line], prefix)
+
+
+def _noted(origin: tuple[float, float], prefix: str) -> str:
+    note = _origin_note(origin)
+    return "\n" + folded([note], prefix) if note else ""
 
 
 def _lap_of(rows: Rows) -> int:
@@ -53,8 +82,8 @@ def _lap_of(rows: Rows) -> int:
     first, last = rows[0], rows[-1]
     there = np.hypot(*(last[:2] - first[:2])) <= 1e-5 * size
     # Headings of sampled paths are one-sided differences at the ends, and differ by a step's turn.
-    step = float(np.abs(np.diff(rows[:, 2])).max(initial=0.0))
-    between = np.remainder(last[2] - first[2] + np.pi, 2 * np.pi) - np.pi
+    step = float(np.abs(_wrapped(np.diff(rows[:, 2]))).max(initial=0.0))
+    between = _wrapped(last[2] - first[2])
     same_heading = abs(between) <= min(max(2 * step, 1e-3), np.pi / 2)
     closed = bool(there and same_heading)
     return len(rows) - 1 if closed else len(rows)
@@ -75,8 +104,7 @@ def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
         "name": name,
         "guard": name.upper(),
         "version": __version__,
-        "origin": folded([f"Trajectory: {scenario.trajectory!r}"], " * ")
-        + _origin_note(origin, " * "),
+        "origin": folded([f"Trajectory: {scenario.trajectory!r}"], " * ") + _noted(origin, " * "),
         "origin_x": repr(origin[0]),
         "origin_y": repr(origin[1]),
         "sample_time": f"{scenario.trajectory.dt:g}",
@@ -98,7 +126,7 @@ def cpp_reference_text(scenario: Scenario) -> str:
         sample_time=f"{scenario.trajectory.dt:g}",
         count=len(rows),
         lap=_lap_of(rows),
-        note=_origin_note(origin, "// "),
+        note=_noted(origin, "// "),
         origin_x=repr(origin[0]),
         origin_y=repr(origin[1]),
         rows=_lines(rows, tuple(range(7)), ("false", "true")),

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from nfopidn import _core
 from nfopidn._core import Controller
 from nfopidn.arguments import no_rival, no_tracking_law, real_numbers
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.discretisation import rule_power
 
@@ -51,6 +52,7 @@ def _gains(gains: ArrayLike) -> NDArray[np.float64]:
     return table
 
 
+@in_standard_arithmetic
 def to_discrete(
     gains: ArrayLike,
     alpha: ArrayLike,
@@ -91,6 +93,7 @@ def to_discrete(
     return _gains(gains) * _factors(alpha, sigma, generator, dt, prewarp)
 
 
+@in_standard_arithmetic
 def to_continuous(
     gains: ArrayLike,
     alpha: ArrayLike,
@@ -139,6 +142,7 @@ class RetuneReport:
         )
 
 
+@in_standard_arithmetic
 def controller_response(
     controller: Controller, dt: float, frequency: ArrayLike
 ) -> NDArray[np.complex128]:
@@ -169,6 +173,7 @@ def _orders(controller: Controller) -> list[NDArray[np.float64]]:
     return [np.broadcast_to(np.asarray(order, dtype=float), 3) for order in pair]
 
 
+@in_standard_arithmetic
 def retune(
     controller: Controller,
     dt: float | None = None,
@@ -244,5 +249,5 @@ def retune(
     x, y, theta = (float(change) for change in np.abs(ratios - 1).max(axis=1))
     report = RetuneReport(result, new, band, (x, y, theta))
     if max(report.change) > _LARGE_CHANGE:
-        warnings.warn(f"retune: {report}", stacklevel=2)
+        warnings.warn(f"retune: {report}", stacklevel=3)
     return report

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.errors import operator_errors, warn_if_far
 from nfopidn.fractional.realisation import delays, product_fault, scipy_system, series
@@ -71,6 +72,7 @@ class Discretisation:
         table[0, :3] *= self.gain
         return table
 
+    @in_standard_arithmetic
     def response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return the frequency response.
 
@@ -305,6 +307,7 @@ def discretise(
     return model
 
 
+@in_standard_arithmetic
 def _discretised(
     order: float,
     dt: float,

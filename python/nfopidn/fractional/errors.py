@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 
 Complex = NDArray[np.complex128]
@@ -22,6 +23,7 @@ def worst_errors(ratio: Complex) -> tuple[float, float]:
     return float(np.abs(np.abs(ratio) - 1).max()), float(np.abs(np.angle(ratio, deg=True)).max())
 
 
+@in_standard_arithmetic
 def operator_errors(
     response: Callable[[Any], Complex], order: float, edges: tuple[float, float]
 ) -> tuple[float, float]:

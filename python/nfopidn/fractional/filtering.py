@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.discretisation import rule_power, truncated_power
 from nfopidn.fractional.errors import operator_errors, warn_if_far, worded
@@ -140,6 +141,7 @@ class FractionalFilter:
         """
         return float(self._filter.certificate)
 
+    @in_standard_arithmetic
     def response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return the frequency response of the rule's kernel, of infinite memory in closed form.
 

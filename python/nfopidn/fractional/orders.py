@@ -11,6 +11,7 @@ import numpy as np
 
 from nfopidn._core import Controller
 from nfopidn.arguments import is_number, real_numbers, shown
+from nfopidn.arithmetic import in_standard_arithmetic
 
 POLES: Final = {"tustin": 1.0, "gl": 0.0, "al-alaoui": 1 / 7}
 """s -> scale (1 - w)/(1 + pole w), w = 1/z."""
@@ -124,6 +125,7 @@ def prewarp_frequency(value: Any, dt: float) -> float:
     return 0.0 if value is None else number("prewarp", value, 0.0, math.pi / dt, " rad/s")
 
 
+@in_standard_arithmetic
 def band(value: Sequence[float] | None, dt: float, name: str = "band") -> tuple[float, float]:
     """Return (low, high) [rad/s]; None: the decade that ends at a tenth of Nyquist's frequency."""
     nyquist = math.pi / dt

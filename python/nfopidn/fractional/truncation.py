@@ -10,6 +10,7 @@ import numpy as np
 
 from nfopidn._core import Controller
 from nfopidn.arguments import no_rival, no_tracking_law
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.discretisation import rule_power, truncated_power
 from nfopidn.fractional.errors import verdict, warn_if_far, worded, worst_errors
@@ -81,6 +82,7 @@ def _samples(report: TruncationReport) -> str:
     return f"{turns[0]:.3g} to {turns[1]:.3g} samples a period"
 
 
+@in_standard_arithmetic
 def truncation_report(
     controller: Controller, dt: float | None = None, band: Sequence[float] | None = None
 ) -> TruncationReport:
@@ -146,5 +148,5 @@ def truncation_report(
             entries.append(OperatorError(channel, operator, order, *sizes))
             if band is not None:
                 named = operator if channel == "all" else f"{operator} of channel {channel}"
-                warn_if_far(f"the controller's {named}", order, edges, sizes, 2)
+                warn_if_far(f"the controller's {named}", order, edges, sizes, 3)
     return TruncationReport(memory, controller.generator, dt, edges, tuple(entries))

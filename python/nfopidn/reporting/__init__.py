@@ -21,7 +21,7 @@ def report(result: TuneResult | str | PathLike[str], path: str | PathLike[str]) 
         What `tune` has returned, or the path of a file that `TuneResult.to_json` or
         ``nfopidn tune --result`` has written.
     path
-        The file to write. It appears whole or not at all; one that exists is replaced.
+        The file to write. It is written atomically; one that exists is replaced.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def page(result: TuneResult) -> str:
 
 
 def write_page(path: str | PathLike[str], text: str) -> Path:
-    """Write a page whole or not at all.
+    """Write a page atomically: all of it, or nothing.
 
     Raises
     ------

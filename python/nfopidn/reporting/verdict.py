@@ -22,7 +22,8 @@ _VERDICTS = {
     "multiplied by {radius} in each period.",
     "marginal": "Marginal. A small deviation neither shrinks nor grows: the spectral radius of a "
     "period is {radius}, within a millionth of 1.",
-    "no_orbit": "No orbit was found, which proves nothing; the simulation is the evidence.",
+    "no_orbit": "No periodic orbit was found, so linear analysis gives no verdict; "
+    "the simulation is the evidence.",
 }
 
 

@@ -83,7 +83,7 @@ class _Course:
         return tell_result
 
     def abandon(self) -> None:
-        """Let the search end by itself: nobody answers it any more.
+        """Let the search end: no more costs will be told.
 
         Called where an object is collected, in any thread, the search's own among them: it waits
         for nothing.

@@ -451,17 +451,18 @@ def returned(search: Callable[[], Result]) -> Result:
     """Give what a search finds, whatever signal comes meanwhile; all of a public call is in here.
 
     Ctrl-C ends the search, and the result says so. One that comes as the call returns may still
-    raise KeyboardInterrupt, whose `best` is the result.
+    raise KeyboardInterrupt, whose `best` is the result; one before the first cost does, and its
+    `best` is None or a result without evaluations.
     """
     result: Result | None = None
     try:
-        with heeded_signals() as requests:
+        with _core.StandardArithmetic(), heeded_signals() as requests:
             result = search()
         if requests.asked:
             result.update(ended_by("interrupted"))
         return result
     except KeyboardInterrupt as interrupt:
-        if result is not None:
+        if result is not None or not hasattr(interrupt, "best"):
             interrupt.best = result  # type: ignore[attr-defined]
         raise
 

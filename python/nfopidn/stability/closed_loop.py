@@ -130,7 +130,7 @@ class LoopStability:
 
     @property
     def spectral_radius(self) -> float:
-        """Of a period; infinite beyond 1.8e308."""
+        """Spectral radius of the map over one period; infinite beyond 1.8e308."""
         with np.errstate(over="ignore"):
             return float(np.exp(self.log_radius))
 

@@ -15,6 +15,7 @@ from nfopidn.arguments import (
     real_number,
     scenario_or_published,
 )
+from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.stability.loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability.pole_map import short_memory
 
@@ -363,6 +364,7 @@ def _grid(taps: int) -> Array:
 _NAN = float("nan")
 
 
+@in_standard_arithmetic
 def margins(
     controller: Controller | None = None,
     scenario: Scenario | None = None,

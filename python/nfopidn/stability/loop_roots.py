@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _EPSILON = float(np.finfo(float).eps)
-_MOST_SWEEPS = 100
+#: Weights of alternating signs, as Tustin's, throw roots far inside: those take hundreds to return.
+_MOST_SWEEPS = 1000
 #: Of a product: few enough that linear algebra libraries do not share it out among threads.
 _COLUMNS = 16
 #: Relative size of a step under which a root has arrived, or has if its steps no longer shrink.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from nfopidn._core import Controller, series_weights
 from nfopidn.arguments import no_rival, no_tracking_law, real_number, whole_number
+from nfopidn.arithmetic import in_standard_arithmetic
 
 Place = Literal["inside", "on", "outside"]
 
@@ -124,6 +125,7 @@ def short_memory(controller: Controller) -> Controller:
     return controller
 
 
+@in_standard_arithmetic
 def controller(controller: Controller) -> ControllerStability:
     """Return zeros and poles of a controller's channels.
 
@@ -162,6 +164,7 @@ def controller(controller: Controller) -> ControllerStability:
     return ControllerStability(*planes)
 
 
+@in_standard_arithmetic
 def operator(
     order: float, memory: int = 5, generator: Literal["tustin", "gl"] = "tustin"
 ) -> ZPlane:

@@ -67,7 +67,7 @@ class Objective:
         }
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Tell pickle and copy to make it anew; what a class of the user's adds goes along."""
+        """Tell pickle and copy how to construct it, and what a user's subclass adds."""
         added = {key: value for key, value in vars(self).items() if key not in _OWN}
         return _made_anew, (type(self), self._arguments), added
 

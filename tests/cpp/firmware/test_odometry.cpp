@@ -65,6 +65,12 @@ TYPED_TEST(Odometry, AStepThatNoWheelCanMakeIsRefused) {
     }
   }
   State<TypeParam> state = start;
+  // No step is too long then, but one without end leads nowhere.
+  const TypeParam endless = std::numeric_limits<TypeParam>::infinity();
+  EXPECT_FALSE(try_odometry(state, endless, TypeParam(0.1), TypeParam(0.4), endless));
+  EXPECT_FALSE(try_odometry(state, TypeParam(0.1), -endless, TypeParam(0.4), endless));
+  EXPECT_FALSE(try_odometry(state, TypeParam(0.1), TypeParam(0.1), TypeParam(0.4), nan));
+  EXPECT_EQ(state.x, start.x);
   EXPECT_TRUE(try_odometry(state, longest, -longest, TypeParam(0.4), longest));
   EXPECT_EQ(state.theta, odometry(start, longest, -longest, TypeParam(0.4)).theta);
   EXPECT_NE(state.theta, start.theta);

@@ -103,6 +103,16 @@ TEST_F(Files, ALinkStaysALink) {
   EXPECT_EQ(count(), 1);
 }
 
+TEST_F(Files, InUtf16AreCalledWhatTheyAre) {
+  const std::string path = (folder / "a.csv").string();
+  for (const std::string mark : {"\xFF\xFE", "\xFE\xFF"}) {
+    ASSERT_TRUE(write_file(path, mark + std::string("x\0,\0y\0", 6)));
+    std::string text;
+    EXPECT_EQ(read_file(path, text).message,
+              path + ": is text in UTF-16, as some spreadsheets write it; must be in UTF-8");
+  }
+}
+
 TEST_F(Files, WithoutAnEndAreNotRead) {
   std::string text;
   const Outcome endless = read_file("/dev/zero", text);
@@ -221,6 +231,32 @@ TEST(Documents, OrdersThatHaveNoModesAreRefusedWithALongMemory) {
             "alpha is 1; must be in (-1, 1) with a memory beyond 1024");
   EXPECT_EQ(refusal({{"alpha", 0.5}, {"sigma", 2}}),
             "sigma is 2; must be in (0, 2) with a memory beyond 1024");
+}
+
+TEST(Documents, PartsOfTheTrackingLawThatContradictAnotherSettingAreRefusedByTheirNames) {
+  const auto refusal = [](const Json& extra) {
+    Json document = {{"format", controller_format}, {"version", 2}};
+    document.update(extra);
+    ControllerDesign design;
+    return read_controller(document, design).message;
+  };
+  const Json proportional = {{1, 0, 0}, {1, 1, 1}, {1, 0, 0}};
+  const Json speed_errors = {{"net", "speed-errors"}, {"gains", proportional}};
+  EXPECT_EQ(refusal(speed_errors), "");
+  EXPECT_EQ(refusal({{"allocation", "decoupled"}, {"pole_x", 0.1}}), "");
+  EXPECT_EQ(refusal({{"pole_x", 0.1}}),
+            "pole_x is 0.1; must be 0 unless form is \"positional\" and allocation \"decoupled\"");
+  EXPECT_EQ(refusal({{"activation", "linear"}, {"amplitude_y", 2}}),
+            "amplitude_y is 2; must be 1 with activation \"linear\"");
+  EXPECT_EQ(refusal({{"speed_gain_theta", 2}}),
+            "speed_gain_theta is 2; must be 0 unless net is \"speed-errors\"");
+  EXPECT_EQ(refusal({{"net", "speed-errors"}, {"gains", proportional}, {"frame", "world"}}),
+            "frame is \"world\"; must be \"robot\" with net \"speed-errors\"");
+  EXPECT_EQ(refusal({{"net", "speed-errors"}, {"gains", {{1, 0, 0}, {1, 1, 1}, {1, 0, 3}}}}),
+            "gains is 3; must be 0 for ki and kd of x and theta with net \"speed-errors\"");
+  EXPECT_EQ(refusal({{"memory", 2000}, {"net", "whole"}}),
+            "free taps and a memory beyond 1024 run eq. 34 alone; net, amplitudes, poles and "
+            "integrals must be at their defaults, and lateral must not be \"scheduled\"");
 }
 
 // A run takes the sample time of its own scenario alone, to within what a log's stamps can tell.

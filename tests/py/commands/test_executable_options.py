@@ -9,6 +9,12 @@ from nfopidn import Controller, Scenario
 NOISY = ["--noise", "0.01,0.02"]
 INCREMENTAL = ["--form", "incremental", "--torque-limit", "0.3"]
 CONTINUOUS = ["--heading", "continuous"]
+DECOUPLED = ["--allocation", "decoupled"]
+INTEGRAL = [*DECOUPLED, "--integral-x", "0.05"]
+SPEED_ERRORS = ["--net", "speed-errors", "--gains", "0.3,0,0,0.7,0.3,0.3,1,0,0"]
+DRIVE_SPEED = [*SPEED_ERRORS, "--speed-gain-x", "0.5"]
+TURN_SPEED = [*SPEED_ERRORS, "--speed-gain-theta", "0.2"]
+SCHEDULED = ["--lateral", "scheduled"]
 
 # Option: a value that changes the published run, its unit and default as --help has them, and what
 # else must be set for it to matter.
@@ -54,6 +60,23 @@ SETTINGS = {
     "--speed-scale": ("0.5", "m/s", "0.0", ["--lateral", "speed"]),
     "--anti-windup": ("hold", "", "none", INCREMENTAL),
     "--sample-time": ("0.1", "s", "unknown", []),
+    "--net": ("whole", "", "increment", []),
+    "--speed-gain-x": ("0.5", "N m/m", "0.0", SPEED_ERRORS),
+    "--speed-gain-theta": ("0.2", "N m/rad", "0.0", SPEED_ERRORS),
+    "--speed-order-x": ("1.1", "", "1.0", DRIVE_SPEED),
+    "--speed-order-theta": ("1.1", "", "1.0", TURN_SPEED),
+    "--amplitude-x": ("1.2", "N m", "1.0", []),
+    "--amplitude-y": ("0.6", "N m", "1.0", []),
+    "--amplitude-theta": ("1.2", "N m", "1.0", []),
+    "--pole-x": ("0.1", "", "0.0", DECOUPLED),
+    "--pole-theta": ("0.1", "", "0.0", DECOUPLED),
+    "--integral-x": ("0.05", "N m/m", "0.0", DECOUPLED),
+    "--integral-y": ("0.02", "N m/m", "0.0", DECOUPLED),
+    "--integral-theta": ("0.02", "N m/rad", "0.0", DECOUPLED),
+    "--integral-retention": ("0.95", "", "1.0", INTEGRAL),
+    "--integral-limit": ("0.01", "N m", "1.0", INTEGRAL),
+    "--lateral-speed": ("0.5", "m/s", "0.25", SCHEDULED),
+    "--lateral-power": ("1", "", "1.5", SCHEDULED),
 }
 FILES = {"--scenario", "--controller", "--closed"}
 OUTPUTS = {"--out", "--save-scenario", "--save-controller", "--json", "--quiet"}

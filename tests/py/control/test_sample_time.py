@@ -87,10 +87,16 @@ def test_export_never_names_another_one(write, tmp_path):
     )
 
 
-def test_hardware_without_a_scenario_is_made_for_the_published_sample_time(tmp_path):
+def test_hardware_is_made_for_the_scenarios_sample_time_alone(tmp_path):
     other = TUNED.replace(sample_time=0.05)
+    published = Scenario.published(rng=0)
     with pytest.raises(ValueError, match=r"0\.05 s; must be the scenario's dt, 0\.2 s"):
-        nfopidn.export_c(other, tmp_path, hardware=True)
+        nfopidn.export_c(other, tmp_path, scenario=published, hardware=True)
+    # No sample time stands in for a scenario's, not even the published one's.
+    for controller in (other, TUNED):
+        with pytest.raises(ValueError, match=r"sample time\) without a scenario"):
+            nfopidn.export_c(controller, tmp_path, hardware=True)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_unknown_one_fits_any():
@@ -122,11 +128,14 @@ def test_what_is_tuned_has_the_scenarios(structure):
 
 
 def test_retune_takes_the_controllers_own():
-    report = retune(TUNED, new_dt=0.1)
-    assert report.controller == retune(TUNED, 0.2, new_dt=0.1).controller
+    with pytest.warns(UserWarning, match="largest change of the frequency response"):
+        report = retune(TUNED, new_dt=0.1)
+    with pytest.warns(UserWarning, match="largest change of the frequency response"):
+        assert report.controller == retune(TUNED, 0.2, new_dt=0.1).controller
     assert (report.dt, report.controller.sample_time) == (0.1, 0.1)
     assert np.isfinite(simulate(CIRCLE, report.controller).cost)
-    back = retune(report.controller, new_dt=0.2).controller
+    with pytest.warns(UserWarning, match="largest change of the frequency response"):
+        back = retune(report.controller, new_dt=0.2).controller
     np.testing.assert_allclose(back.gains, TUNED.gains, rtol=1e-14, atol=1e-300)
     assert truncation_report(TUNED) == truncation_report(TUNED, 0.2)
     for call in (retune, truncation_report):

@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import warnings
 
 import nfopidn
 import numpy as np
@@ -117,41 +118,63 @@ def test_a_scenario_without_feedforward_has_none_in_its_table(tmp_path):
     assert {tuple(row[4:6]) for row in rows} == {("0.0F", "0.0F")}
 
 
-def test_a_far_path_is_counted_from_its_first_sample(tmp_path):
-    """In single precision its samples would lie on a grid of half a metre, beyond the guard."""
+@pytest.mark.parametrize("away", [(5e6, -4e6), (9e5, 0.0), (0.0, -8200.0)])
+def test_a_far_path_is_counted_from_its_first_sample(away, tmp_path):
+    """In single precision its samples would lie on a grid of 1 mm, 6 cm or half a metre."""
     t = np.arange(50) * 0.1
-    x, y = 5e6 + 0.3 * np.sin(t), -4e6 + t
+    x, y = away[0] + 0.3 * np.sin(t), away[1] + t
     near = Scenario(nfopidn.Trajectory.from_samples(x - x[0], y - y[0], 0.1))
     far = Scenario(nfopidn.Trajectory.from_samples(x, y, 0.1))
     tables = []
     for scenario, name in ((near, "near"), (far, "far")):
-        nfopidn.export_c(
-            Controller.published(), tmp_path, scenario=scenario, name=name, reference=True
-        )
-        nfopidn.export_cpp(
-            Controller.published(), tmp_path, scenario=scenario, name=f"{name}_law", reference=True
-        )
+        for exporting, law in ((nfopidn.export_c, name), (nfopidn.export_cpp, f"{name}_law")):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                exporting(
+                    Controller.published(), tmp_path, scenario=scenario, name=law, reference=True
+                )
+            said = [str(warning.message) for warning in caught]
+            assert [__file__] * len(said) == [warning.filename for warning in caught]
+            assert len(said) == (name == "far")
+            assert all("counted from its first sample" in words for words in said)
         text = (tmp_path / f"{name}_reference.c").read_text()
         rows = re.findall(r"^    \{(.*)\},?$", text, re.MULTILINE)
         tables.append([[float(word.rstrip("F")) for word in row.split(", ")] for row in rows])
     np.testing.assert_allclose(tables[1], tables[0], atol=2e-6)
     assert np.ptp(np.array(tables[1])[:, 1]) == pytest.approx(4.9)
     header = (tmp_path / "far_reference.h").read_text()
-    assert "FAR_REFERENCE_ORIGIN_X 5000000.0 " in header
+    assert f"FAR_REFERENCE_ORIGIN_X {away[0]!r} " in header
     assert "in double precision" in header
     assert "NEAR_REFERENCE_ORIGIN_Y 0.0 " in (tmp_path / "near_reference.h").read_text()
-    assert "reference_origin_y = -4000000.0;" in (tmp_path / "far_law.hpp").read_text()
+    assert f"reference_origin_y = {away[1]!r};" in (tmp_path / "far_law.hpp").read_text()
 
 
-def test_a_path_too_large_for_floats_is_refused(tmp_path):
+@pytest.mark.parametrize(("speed", "far"), [(3e5, "1.47e\\+06"), (1700.0, "8330")])
+def test_a_path_too_large_for_floats_is_refused(speed, far, tmp_path):
     t = np.arange(50) * 0.1
-    scenario = Scenario(nfopidn.Trajectory.from_samples(3e5 * t, t, 0.1))
+    scenario = Scenario(nfopidn.Trajectory.from_samples(speed * t, t, 0.1))
     for export_it in (nfopidn.export_c, nfopidn.export_cpp):
-        with pytest.raises(ValueError, match=r"1.47e\+06 m away from its first sample"):
+        with pytest.raises(ValueError, match=f"{far} m away from its first sample"):
             export_it(
                 Controller.published(), tmp_path, scenario=scenario, name="law", reference=True
             )
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("laps", [2, 400])
+def test_many_turns_are_taken_off(laps, tmp_path):
+    """Of an angle of thousands of radians a float would tell a thousandth."""
+    path = nfopidn.Trajectory.circle(period=4.0, dt=0.1, heading="continuous", laps=laps)
+    scenario = Scenario(path)
+    nfopidn.export_c(Controller.published(), tmp_path, scenario=scenario, reference=True)
+    text = (tmp_path / "nfopidn_reference.c").read_text()
+    rows = re.findall(r"^    \{(.*)\},?$", text, re.MULTILINE)
+    theta = np.array([float(row.split(", ")[2].rstrip("F")) for row in rows])
+    assert theta.max() < 1024
+    np.testing.assert_allclose(np.exp(1j * theta), np.exp(1j * path.theta), atol=1e-6)
+    header = (tmp_path / "nfopidn_reference.h").read_text()
+    assert f"NFOPIDN_REFERENCE_LAP {40 * laps} " in header
+    assert "not closed" not in header
 
 
 def test_an_open_path_says_so(tmp_path):
@@ -202,6 +225,73 @@ def test_a_longest_step_out_of_range_is_refused(bad, lap, tmp_path):
     with pytest.raises(ValueError, match="without hardware"):
         nfopidn.export_c(Controller.published(), tmp_path, longest_step=1.0)
     assert not list(tmp_path.iterdir())
+
+
+LIMITS = ("v", "omega", "acceleration", "angular_acceleration")
+
+
+@pytest.mark.parametrize("place", range(4))
+@pytest.mark.parametrize("bad", [-0.6, float("nan"), "1", True, None, -(10**400)])
+def test_a_velocity_limit_that_is_none_is_refused(bad, place, lap, tmp_path):
+    limits = [0.6, 2.0, 1.0, 6.0]
+    limits[place] = bad
+    with pytest.raises(ValueError, match=f"velocity_limits has {LIMITS[place]} ") as caught:
+        nfopidn.export_c(
+            Controller.published(), tmp_path, scenario=lap, hardware=True, velocity_limits=limits
+        )
+    assert "0 (the base does not move) or more" in str(caught.value)
+    for wrong in ([0.6, 2.0, 1.0], 0.6, "0621"):
+        with pytest.raises(ValueError, match="must be 4 numbers"):
+            nfopidn.export_c(
+                Controller.published(), tmp_path, scenario=lap, hardware=True, velocity_limits=wrong
+            )
+    with pytest.raises(ValueError, match="without hardware"):
+        nfopidn.export_c(Controller.published(), tmp_path, velocity_limits=[1, 1, 1, 1])
+    assert not list(tmp_path.iterdir())
+
+
+def test_velocity_limits_are_the_exported_ones(lap, tmp_path, capsys):
+    """A limit of 0 lets the base not turn, infinity limits nothing; without any nothing does."""
+    files = tmp_path / "controller.json", tmp_path / "scenario.json"
+    Controller.published().save(files[0])
+    lap.save(files[1])
+    command = ["export", str(files[0]), "-o", str(tmp_path / "out"), "--scenario", str(files[1])]
+    limits = ["--velocity-limits", "0.5", "0", "inf", "3"]
+    assert main([*command, *limits]) == 2
+    assert "give --hardware too" in capsys.readouterr().err
+    assert main([*command, "--hardware", "--velocity-limits", "-0.5", "0", "1", "1"]) == 2
+    assert "velocity_limits has v -0.5; must be" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert main([*command, "--hardware", *limits]) == 0
+    (tmp_path / "main.c").write_text(
+        """
+        #include <stdio.h>
+        #include "nfopidn_hardware.h"
+        int main(void)
+        {
+          const nfopidn_velocity_limits limits = NFOPIDN_VELOCITY_LIMITS;
+          const nfopidn_torques torques = {3.0F, 1.0F};
+          nfopidn_velocity_output output;
+          int k;
+          printf("%d", nfopidn_velocity_init(&output, &limits));
+          for (k = 0; k < 100; ++k) (void)nfopidn_velocity_step(&output, &torques);
+          printf(" %g %g", (double)output.velocity.v, (double)output.velocity.omega);
+          return 0;
+        }
+        """
+    )
+    sources = [tmp_path / "main.c", *(tmp_path / "out").glob("*.c")]
+    build = [compiler("gcc"), *STRICT, "-I", tmp_path / "out", *sources, "-o", tmp_path / "program"]
+    compiled(build)
+    done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True)
+    assert done.stdout == "1 0.5 0"
+    assert main([*command, "--hardware"]) == 0
+    compiled(build)
+    done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True)
+    ready, v, omega = map(float, done.stdout.split())
+    assert ready == 1
+    assert v > 1
+    assert omega > 1
 
 
 def test_a_reference_at_rest_does_not_tell_the_longest_step(tmp_path):

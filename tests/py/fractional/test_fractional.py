@@ -617,7 +617,8 @@ def test_long_doubles_are_numbers():
     assert FractionalFilter(half, DT).step(half) == FractionalFilter(0.5, DT).step(0.5)
     assert math.isinf(FractionalFilter(0.5, DT, np.longdouble(math.inf)).memory)
     published = nfopidn.Controller.published()
-    assert retune(published, np.longdouble(0.2)).controller == published
+    assert retune(published, np.longdouble(0.2)) == retune(published, 0.2)
+    assert retune(published, 0.2).controller == published.replace(sample_time=0.2)
     with pytest.raises(ValueError, match=r"memory is np.longdouble\('5.0'\); must be a whole"):
         retune(published, 0.2, memory=five)
     with pytest.raises(ValueError, match="order is inf"):

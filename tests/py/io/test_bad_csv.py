@@ -16,7 +16,7 @@ TABLES = {
     "row too short": ("t,x,y\n0,0,0\n\n1,1\n2,2,0\n", [":4: ", "2 cells", "3: t, x, y"]),
     "row too long": ("x,y\n0,0\n1,1,1\n2,2\n", [":3: ", "3 cells", "2"]),
     "decimal commas": ("x;y\n0,5;0\n1;1\n2;2\n", [":2: ", '"0,5"', "decimals need a point"]),
-    "UTF-16": ("x,y\n0,0\n".encode("utf-16"), [":1: ", "UTF-16"]),
+    "UTF-16": ("x,y\n0,0\n".encode("utf-16"), ["is text in UTF-16", "must be in UTF-8"]),
     "two times": (
         "time,stamp,x,y\n0,0,0,0\n1,1,1,1\n2,2,2,2\n",
         [":1: ", "time and stamp both stand for t"],

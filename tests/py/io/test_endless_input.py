@@ -4,7 +4,8 @@ import subprocess
 
 import nfopidn
 import pytest
-from nfopidn import Controller, Rival, Scenario, Trajectory, TuneResult, _files
+from nfopidn import Controller, Rival, Scenario, Trajectory, TuneResult
+from nfopidn import files as _files
 from refusal import refused
 
 READERS = {

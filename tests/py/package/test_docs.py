@@ -229,6 +229,8 @@ def test_a_setting_in_words():
     (found,) = (s for s in SETTINGS["nfopidn.Controller"] if s.name == "form")
     assert found.allowed == '"positional", "incremental"'
     assert found.default == "'positional'"
+    (found,) = (s for s in SETTINGS["nfopidn.Controller"] if s.name == "sample_time")
+    assert (found.unit, found.allowed, found.default) == ("s", "greater than 0", "None")
 
 
 def test_settings_have_the_executable_s_options(executable):

@@ -26,6 +26,7 @@ HEADERS = [
 MODULES = [
     "_core",
     "arguments",
+    "arithmetic",
     "pickling",
     "files",
     "console",

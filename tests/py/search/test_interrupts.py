@@ -10,8 +10,9 @@ from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
-from nfopidn import Controller, Scenario, TuneResult, bfoa, simulate, tune
+from nfopidn import Controller, Scenario, Trajectory, TuneResult, bfoa, simulate, tune
 from nfopidn.search.interrupts import heeded_signals, user_code
 from nfopidn.search.optimise import MESSAGES
 
@@ -90,6 +91,21 @@ def test_an_interrupt_before_any_answer_is_passed_on_with_the_empty_result():
     best = caught.value.best
     assert (best.nfev, best.fun, best.success) == (0, float("inf"), False)
     assert best.message == "KeyboardInterrupt was raised; nothing was answered before."
+
+
+def test_an_interrupt_before_tunes_first_cost_has_no_best():
+    """The first run of a path of a million samples lasts longer than a first answer is given."""
+    t = np.linspace(0, 100, 1_000_000)
+    path = Trajectory.from_samples(np.cos(t), np.sin(t), 0.01)
+    scenario = Scenario(path, substeps=1000, initial_velocity="reference")
+    started = threading.Event()
+    thread = sender(started, 0.05)
+    thread.start()
+    started.set()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        tune(scenario, rng=1, maxfev=100)
+    thread.join()
+    assert caught.value.best is None
 
 
 def test_an_interrupt_that_func_swallows_ends_the_search_all_the_same():

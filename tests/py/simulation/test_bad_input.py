@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from nfopidn import Robot, Trajectory
+from nfopidn import Robot, Scenario, Trajectory
 from refusal import controller, from_samples, refused, scenario
 
 NAN, INF = float("nan"), float("inf")
@@ -122,6 +122,23 @@ def test_lists_of_numbers(call, name, good, place, allowed):
     for wrong_shape in (np.array(good)[..., :-1], [], [good, good]):
         with refused(f"{name}"):
             call(**{name: wrong_shape})
+
+
+def test_a_start_may_lie_as_far_as_paths_may():
+    """Coordinates of a map: positions reach to 1e9 m, an angle to 1e6 rad."""
+    end = 1e9
+    path = Trajectory.from_samples(end - 0.1 * np.arange(5), -end + np.zeros(5), 0.1)
+    for pose in ((end, -end, 1e6), (end - 9.0, -end, -1e6)):
+        assert Scenario(path, initial_pose=pose).initial_pose == pose
+    range_text = "must be in [-1e+09, 1e+09] m"
+    with refused("initial_pose[0] is 1000000001", range_text):
+        Scenario(path, initial_pose=(end + 1.0, -end, 0.0))
+    with refused("x[0] is 1000000001", range_text):
+        Trajectory.from_samples(path.x + 1.0, path.y, 0.1)
+    with refused("initial_pose[2] is 1000001; must be in [-1e+06, 1e+06] rad"):
+        Scenario(path, initial_pose=(end, -end, 1e6 + 1.0))
+    with refused("initial_pose is 10.5 m from the reference's start", "divergence_distance, 10 m"):
+        Scenario(path, initial_pose=(end - 10.5, -end, 0.0))
 
 
 @pytest.mark.parametrize(("call", "name", "choices"), CHOICES, ids=ids(CHOICES))

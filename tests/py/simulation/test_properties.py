@@ -85,6 +85,7 @@ def test_a_document_is_the_value(value, tmp_path):
     assert value.replace() == value
 
 
+@pytest.mark.filterwarnings("ignore:the heading holds")
 @examples(100)
 @given(st.one_of(robots, named_trajectories(), sampled_trajectories()))
 def test_a_pickle_is_the_value(value):
@@ -97,6 +98,7 @@ def assert_twin(value, twin):
     assert hash(twin) == hash(value)
 
 
+@pytest.mark.filterwarnings("ignore:the heading holds")
 @examples(40)
 @given(scenario=scenarios(), controller=controllers)
 def test_the_executable_runs_the_same(sim, tmp_path, scenario, controller):

@@ -4,6 +4,7 @@
 
 import ctypes
 import ctypes.util
+import pickle
 import platform
 
 import nfopidn
@@ -30,7 +31,7 @@ MODES = (
 )
 
 
-#: NumPy's own arithmetic is the caller's, and is done before.
+#: The caller's own arithmetic is the caller's, and is done before.
 SAMPLES = np.linspace(0, 1, 300)
 POINTS = np.full((30, 11), 0.2)
 
@@ -50,6 +51,12 @@ def filtered():
     return [*long.stream(SAMPLES), long.step(0.1)]
 
 
+def numbers_read():
+    gains, rest = Controller.published().to_json().split(',"alpha"')
+    gains = gains.replace("0.", "0.1234567890123456789")
+    return Controller.from_json(f'{gains},"alpha"{rest}').gains.tolist()
+
+
 def noisy():
     scenario = Scenario.published(pose_noise=(0.01, 0.01), rng=3, integrator="exact")
     return nfopidn.simulate(scenario).cost
@@ -61,14 +68,46 @@ def circled():
     return [loop.log_radius, *loop.multipliers.tolist()]
 
 
+def minimised():
+    """With a function of Python's own arithmetic, whose many digits are rounded."""
+    found = nfopidn.bfoa(
+        lambda x: float(((x - 0.3) ** 2).sum() / 7), [(-1, 1)] * 3, rng=1, maxfev=300
+    )
+    return [found.fun, *found.x.tolist(), *found.history["mean"].tolist()]
+
+
+def compared():
+    """Of a noisy scenario, whose metrics differ from run to run."""
+    scenario = Scenario.published(pose_noise=(0.01, 0.01), rng=3)
+    members = {"one": Controller.published(), "two": Controller.published(memory=7)}
+    found = nfopidn.compare(members, {"noisy": scenario}, seeds=8)
+    ranking = found.ranking("noisy")
+    return [*(np.ravel(table).tolist() for table in found.values.values()), ranking]
+
+
+def discretised():
+    many = fractional.discretise(0.37, 0.01, memory=50)
+    few = fractional.discretise(0.37, 0.01, "oustaloup")
+    responses = [model.response([0.3, 2.0, 50.0]) for model in (many, few)]
+    return [*many.zeros, *np.ravel(responses).tolist(), *many.errors(), *few.errors()]
+
+
+def retuned():
+    report = fractional.retune(Controller.tuned_nominal(), new_dt=0.19)
+    return [*report.change, *np.ravel(report.controller.gains)]
+
+
+def margins_of(controller):
+    found = stability.margins(controller, Scenario.published(rng=0))
+    return [*found.poles, *found.drive.gain, found.steering.phase, found.wheels.disk]
+
+
 WORK = {
     "simulate": lambda: nfopidn.simulate().columns["x"].tolist(),
     "simulate with noise": noisy,
     "simulate a rival": lambda: nfopidn.simulate(controller=Rival("lqr")).cost,
     "read": lambda: Scenario.from_json(Scenario.published(rng=0).to_json()).reference.tolist(),
-    "a number read": lambda: Controller.from_json(
-        Controller.published().to_json().replace("0.", "0.1234567890123456789")
-    ).gains.tolist(),
+    "a number read": numbers_read,
     "trajectory": lambda: Trajectory.lemniscate().theta.tolist(),
     "reference": lambda: Scenario.published(rng=0).reference.tolist(),
     "costs": lambda: Objective(workers=2).costs(POINTS).tolist(),
@@ -82,6 +121,19 @@ WORK = {
     "approximate": lambda: _core.oustaloup(0.37, 0.01, 3.0, 7, 0.1, 50.0),
     "expand": lambda: _core.series_weights(1 / 7, 0.37, 50).tolist(),
     "stability": circled,
+    "bfoa": minimised,
+    "compare": compared,
+    "discretise": discretised,
+    "retune": retuned,
+    "truncation": lambda: [
+        (error.magnitude, error.phase)
+        for error in fractional.truncation_report(Controller.tuned_nominal()).errors
+    ],
+    "margins": lambda: margins_of(Controller.published()),
+    "margins of long memory": lambda: margins_of(Controller.published(memory=200)),
+    "z plane": lambda: pickle.dumps(
+        (stability.controller(Controller.published(memory=20)), stability.operator(0.37, 20))
+    ),
 }
 
 

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 from nfopidn import Controller, Robot, Scenario, Trajectory, simulate, stability
-from nfopidn.stability import _loop_roots
+from nfopidn.stability import loop_roots as _loop_roots
 from nfopidn.stability.closed_loop import jacobians
 from nfopidn.stability.loop_margins import _Linear, _one_loop
 from refusal import refused
@@ -243,6 +243,18 @@ def test_margins_with_the_longest_memory(controller):
         peak = np.abs(np.einsum("i,nij,j->n", row, inverse, row / 2)).max()
         assert own.peak_sensitivity == pytest.approx(peak, rel=1e-4)
         assert own.peak_sensitivity >= peak * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("memory", [500, 1024])
+def test_roots_that_are_thrown_far_inside_return(memory):
+    """The map's eigenvalues, which would be taken otherwise, cost half a minute."""
+    linear = _Linear(Scenario.published(), TUNED.replace(memory=memory), 0.3)
+    size = 5 + 3 * (memory + 1) + 2 * linear.sums + 2 * linear.delay
+    poles = linear._roots(size)
+    assert poles is not None
+    assert np.sum(poles != 0) > memory
+    trace = np.trace(linear._map(memory + 1, size))
+    assert np.sum(poles).real == pytest.approx(trace, abs=1e-8)
 
 
 def test_a_narrow_ripple_is_seen():

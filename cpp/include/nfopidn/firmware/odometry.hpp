@@ -42,6 +42,7 @@ bool try_odometry(State<Scalar>& state, Scalar left, Scalar right, base_t<Scalar
                   base_t<Scalar> longest_step) noexcept {
   using M = math<Scalar>;
   if (!(M::absolute(left) <= longest_step && M::absolute(right) <= longest_step)) return false;
+  if (!M::is_finite(left) || !M::is_finite(right)) return false;  // under an infinite longest step
   state = odometry(state, left, right, track_width);
   return true;
 }

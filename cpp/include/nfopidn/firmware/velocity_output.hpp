@@ -11,7 +11,7 @@ struct Velocity {
   Scalar omega;  // counter-clockwise [rad/s]
 };
 
-// Of either direction, each 0 or more. The defaults limit nothing.
+// Of either direction, each 0 or more; at 0 the base does not move. The defaults limit nothing.
 template <class Base>
 struct VelocityLimits {
   Base v = Base(1e30);                     // [m/s]

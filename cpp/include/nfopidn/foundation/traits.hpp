@@ -14,7 +14,7 @@ constexpr bool is_floating_point = is_same<T, float> || is_same<T, double>;
 
 template <class T>
 constexpr bool is_array = false;
-template <class T, decltype(sizeof(0)) count>
+template <class T, decltype(sizeof 0) count>
 constexpr bool is_array<T[count]> = true;
 
 template <bool condition, class T = void>
@@ -36,12 +36,16 @@ using void_t = typename always_void<Ts...>::type;
 // For unevaluated operands alone.
 template <class T>
 T&& declval() noexcept;
+template <class T>
+void take(T) noexcept;
 
+// void where there is one.
+template <class From, class To>
+using conversion = decltype(take<To>(declval<From>()));
 template <class From, class To, class = void>
 constexpr bool is_convertible = false;
 template <class From, class To>
-constexpr bool is_convertible<
-    From, To, void_t<decltype(static_cast<void (*)(To)>(nullptr)(declval<From>()))>> = true;
+constexpr bool is_convertible<From, To, conversion<From, To>> = true;
 
 // Numbers: what may be multiplied by an int and is neither a class nor an enum.
 template <class T>

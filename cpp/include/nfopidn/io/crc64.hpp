@@ -12,7 +12,7 @@ namespace detail {
 constexpr std::array<std::uint64_t, 256> crc64_table() {
   constexpr std::uint64_t polynomial = 0xC96C5795D7870F42;  // of ECMA-182, lowest bit first
   std::array<std::uint64_t, 256> table = {};
-  for (std::uint64_t byte = 0; byte < table.size(); ++byte) {
+  for (std::size_t byte = 0; byte < table.size(); ++byte) {
     std::uint64_t value = byte;
     for (int bit = 0; bit < 8; ++bit) value = (value >> 1) ^ (value % 2 == 0 ? 0 : polynomial);
     table[byte] = value;

@@ -47,6 +47,11 @@ inline Outcome read_file(const std::string& path, std::string& text,
     const auto count = static_cast<std::size_t>(stream.gcount());
     if (stream.bad()) return file_fault(path, "cannot be read");
     if (std::memchr(piece.data(), 0, count) != nullptr) {
+      const std::string start = text.append(piece.data(), count).substr(0, 2);
+      if (start == "\xFF\xFE" || start == "\xFE\xFF") {
+        return {Status::not_a_choice,
+                path + ": is text in UTF-16, as some spreadsheets write it; must be in UTF-8"};
+      }
       return {Status::not_a_choice, path + ": holds a byte 0; must be text in UTF-8"};
     }
     if (text.size() + count > largest) {

@@ -65,10 +65,39 @@ inline Outcome explain_memory_to_tune(const Memory& memory) {
   return refuse_number("memory", samples, between(0, maximum_memory), "samples to tune");
 }
 
+// What the tracking law demands of a setting that is at odds with another one.
+inline Outcome explain_tracking_law(const Finding& finding) {
+  const std::string field = finding.field;
+  const bool speed_gain = field.rfind("speed_gain", 0) == 0;
+  const bool amplitude = field.rfind("amplitude", 0) == 0;
+  if (field == "frame") {
+    return refuse(finding.status, field, "\"world\"", "\"robot\" with net \"speed-errors\"");
+  }
+  std::string rule = number_text(finding.range.low);
+  if (field == "gains") {
+    rule += " for ki and kd of x and theta with net \"speed-errors\"";
+  } else if (speed_gain) {
+    rule += " unless net is \"speed-errors\"";
+  } else if (amplitude) {
+    rule += " with activation \"linear\"";
+  } else {
+    rule += " unless form is \"positional\" and allocation \"decoupled\"";
+  }
+  return refuse(finding.status, field, number_text(finding.value), rule);
+}
+
 // Long memory needs operators whose tail is made of modes.
 inline Outcome explain_consistency(const ControllerDesign& design) {
+  const Finding tracking = check_tracking_law<double>(design);
+  if (tracking.status != Status::ok) return explain_tracking_law(tracking);
   const Finding finding = check_consistency(design);
   if (finding.status == Status::ok) return {};
+  if (design.needs_tracking_law()) {
+    return {finding.status,
+            "free taps and a memory beyond " + std::to_string(maximum_memory) +
+                " run eq. 34 alone; net, amplitudes, poles and integrals must be at their "
+                "defaults, and lateral must not be \"scheduled\""};
+  }
   return refuse(
       finding.status, finding.field, number_text(finding.value),
       range_text(finding.range) + " with a memory beyond " + std::to_string(maximum_memory));

@@ -183,6 +183,10 @@ inline Outcome explain_consistency(const Scenario& scenario) {
                                 "divergence_distance, " +
                                 number_text(finding.range.high) + " m"};
   }
+  if (finding.status == Status::out_of_range) {  // an angle has a narrower range than positions
+    return {finding.status, std::string(finding.field) + "[2] is " + value + "; must be " +
+                                range_text(finding.range) + " rad"};
+  }
   return {finding.status, std::string(finding.field) + " has " + value +
                               " samples; must have 1 or as many as the trajectory, " +
                               number_text(finding.range.high)};

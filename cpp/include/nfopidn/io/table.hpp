@@ -2,7 +2,9 @@
 // in the names. Only the columns that are asked for need to hold numbers.
 #pragma once
 
+#include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "nfopidn/io/files.hpp"
 
@@ -156,9 +158,13 @@ inline Outcome add_row(const std::string& path, std::size_t line, std::string_vi
 
 }  // namespace detail
 
+// The cells of a table are views of its text, which must outlive it: a temporary is refused.
+template <class Text, std::enable_if_t<std::is_same_v<Text, std::string>, int> = 0>
+Outcome parse(const std::string& path, Text&& text, Table& table) = delete;
+
 // A header line and rows. Empty lines and comments (# or %) are passed over; where the first line
 // that is neither holds numbers alone, the last comment before it is the header, as NumPy writes
-// it. `text` must outlive the table.
+// it.
 inline Outcome parse(const std::string& path, std::string_view text, Table& table) {
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   if (text.substr(0, 3) == byte_order_mark) text.remove_prefix(3);

@@ -24,10 +24,11 @@ class Random {
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
   // Two indices from one draw, each under its count: for counts that are small beside 2^32.
-  std::pair<std::int64_t, std::int64_t> pair(std::int64_t count, std::int64_t other_count) {
+  template <class Index>
+  std::pair<Index, Index> pair(Index count, Index other_count) {
     const std::uint64_t draw = bits();
-    const auto under = [](std::uint64_t half, std::int64_t bound) {
-      return static_cast<std::int64_t>(half * static_cast<std::uint64_t>(bound) >> 32);
+    const auto under = [](std::uint64_t half, Index bound) {
+      return static_cast<Index>(half * static_cast<std::uint64_t>(bound) >> 32);
     };
     return {under(draw >> 32, count), under(draw & 0xFFFFFFFF, other_count)};
   }

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "nfopidn/search/bfoa_plus_options.hpp"
+#include "nfopidn/search/differential_tumbles.hpp"
 #include "nfopidn/search/latin_hypercube.hpp"
 #include "nfopidn/search/quasi_newton.hpp"
 
@@ -99,8 +100,7 @@ class BfoaPlus {
     gather_colonies();
     places_.resize(cells_.rows(), count);
     moves_.resize(static_cast<std::size_t>(count));
-    reaches_.resize(count);
-    shares_.resize(count);
+    sizes_.resize(static_cast<std::size_t>(count));
     for (Eigen::Index k = 0; k < count; ++k) {
       Move& move = moves_[static_cast<std::size_t>(k)];
       if (swimming_[static_cast<std::size_t>(k)] != 0) {
@@ -108,7 +108,8 @@ class BfoaPlus {
         places_.col(k) = clip_to_box(cells_.col(k) + headings_.col(k));
       } else if (uniform() < differential_share_) {
         move = Move::differential;
-        differential(k, reaches_(k), shares_(k), places_.col(k).data());
+        sizes_[static_cast<std::size_t>(k)] =
+            differential_.tumble(search_.random, cells_, colony_of(k), k, places_.col(k).data());
       } else {
         move = Move::sparse;
         places_.col(k) = cells_.col(k);
@@ -121,7 +122,6 @@ class BfoaPlus {
 
   // Moves the cells that found better, and learns from it.
   void settle(const Eigen::VectorXd& costs) {
-    double reach_sum = 0, reach_squares = 0, share_sum = 0, successes = 0;
     for (Eigen::Index k = 0; k < cells_.cols(); ++k) {
       const Move move = moves_[static_cast<std::size_t>(k)];
       const bool better = costs(k) < costs_(k);
@@ -134,15 +134,10 @@ class BfoaPlus {
       if (move == Move::sparse) {
         steps_(k) = std::min(0.5, std::max(1e-6, steps_(k) * (better ? 1.6 : 0.9)));
       } else if (move == Move::differential && better) {
-        reach_sum += reaches_(k);
-        reach_squares += reaches_(k) * reaches_(k);
-        share_sum += shares_(k);
-        successes += 1;
+        differential_.succeeded(sizes_[static_cast<std::size_t>(k)]);
       }
     }
-    if (successes == 0) return;
-    reach_ = 0.9 * reach_ + 0.1 * reach_squares / reach_sum;
-    share_ = 0.9 * share_ + 0.1 * share_sum / successes;
+    differential_.learn();
   }
 
   // The cells of each colony, from best to worst.
@@ -157,49 +152,6 @@ class BfoaPlus {
   }
   std::vector<Eigen::Index>& colony_of(Eigen::Index k) {
     return colonies_[static_cast<std::size_t>(k) % colonies_.size()];
-  }
-
-  // Towards one of the colony's best fifth and along the difference of two of its cells, in some
-  // coordinates.
-  void differential(Eigen::Index k, double& reach, double& share, double* __restrict place) {
-    const std::vector<Eigen::Index>& mates = colony_of(k);
-    const auto count = static_cast<Eigen::Index>(mates.size());
-    do {
-      const Heading<double> h =
-          math<double>::heading(math<double>::pi * (uniform() - 0.5));  // Cauchy: a tangent
-      reach = reach_ + 0.1 * h.sine / h.cosine;
-    } while (!(reach > 0));
-    reach = std::min(reach, 1.0);
-    constexpr double spread = 0.35;  // of a uniform distribution with standard deviation 0.1
-    share = std::min(1.0, std::max(0.0, share_ + spread * (uniform() - 0.5)));
-    const auto [place_of_leader, always] =
-        search_.random.pair(std::max<Eigen::Index>(2, count / 5), cells_.rows());
-    const Eigen::Index leader = mates[static_cast<std::size_t>(place_of_leader)];
-    Eigen::Index a = k, b = k;
-    while (a == k || b == k || a == b) {
-      const auto [one, other] = search_.random.pair(count, count);
-      a = mates[static_cast<std::size_t>(one)];
-      b = mates[static_cast<std::size_t>(other)];
-    }
-    const double* const own = cells_.col(k).data();
-    const double* const best = cells_.col(leader).data();
-    const double* const from = cells_.col(b).data();
-    const double* const to = cells_.col(a).data();
-    const auto move = [&](Eigen::Index i, double by) {
-      const double target = own[i] + by * ((best[i] - own[i]) + (to[i] - from[i]));
-      // Half way to the wall it would have passed.
-      place[i] = target < 0 ? own[i] / 2 : (target > 1 ? (1 + own[i]) / 2 : target);
-    };
-    // Each coordinate with probability `share`, to 2^-16 of it, and one in any case. Looked up, as
-    // nobody could predict the branches.
-    const double by[] = {0, reach};
-    const auto bar = static_cast<std::uint64_t>(share * 65536);
-    std::uint64_t draw = 0;
-    for (Eigen::Index i = 0; i < cells_.rows(); ++i) {
-      draw = i % 4 == 0 ? search_.random.bits() : draw >> 16;
-      move(i, by[static_cast<int>((draw & 0xFFFF) < bar)]);
-    }
-    move(always, reach);
   }
 
   // A step in 1 to 3 coordinates.
@@ -257,7 +209,8 @@ class BfoaPlus {
   // the box, each anywhere in its part. False if it stays where it is.
   bool scan(Point& point) {
     const std::int64_t affordable = search_.left() / point.size();
-    const std::int64_t count = std::min<std::int64_t>(options_.scan_points, affordable);
+    const auto count =
+        static_cast<Eigen::Index>(std::min<std::int64_t>(options_.scan_points, affordable));
     bool moved = false;
     double cost = search_.result.cost;
     for (Eigen::Index i = 0; count > 0 && i < point.size() && !search_.done(); ++i) {
@@ -265,10 +218,10 @@ class BfoaPlus {
       for (Eigen::Index k = 0; k < count; ++k) {
         along(i, k) = (static_cast<double>(k) + uniform()) / static_cast<double>(count);
       }
-      Eigen::Index best = 0;
-      const double least = search_.evaluate(along).minCoeff(&best);
-      if (!(least < cost)) continue;
-      cost = least;
+      const Eigen::VectorXd costs = search_.evaluate(along);
+      const Eigen::Index best = place_of_least(costs);
+      if (!(costs(best) < cost)) continue;
+      cost = costs(best);
       point = along.col(best);
       moved = true;
     }
@@ -344,8 +297,7 @@ class BfoaPlus {
   Points cells_, headings_;
   Eigen::VectorXd costs_, steps_;
   std::vector<unsigned char> swimming_;
-  double reach_ = 0.5;  // of the differential tumbles, learnt
-  double share_ = 0.6;  // of coordinates they change, learnt
+  DifferentialTumbles differential_;
 
   // Of the present chemotactic step; members, so that they are allocated once.
   std::vector<std::vector<Eigen::Index>> colonies_;
@@ -353,7 +305,7 @@ class BfoaPlus {
   Points places_;
   Eigen::VectorXd found_;  // their costs
   std::vector<Move> moves_;
-  Eigen::VectorXd reaches_, shares_;  // of the differential tumbles
+  std::vector<DifferentialTumbles::Size> sizes_;  // of the differential ones
 };
 
 }  // namespace nfopidn

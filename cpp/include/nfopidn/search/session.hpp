@@ -122,8 +122,8 @@ class SearchSession {
   // costs more than its own of them has some cost over it.
   void evaluate(const Eigen::Ref<const Points>& unit, Eigen::VectorXd& costs,
                 const Eigen::VectorXd* bounds = nullptr) {
-    const Eigen::Index asked =
-        std::min<Eigen::Index>(unit.cols(), std::max<std::int64_t>(left(), 0));
+    const auto asked = static_cast<Eigen::Index>(
+        std::min<std::int64_t>(unit.cols(), std::max<std::int64_t>(left(), 0)));
     const Eigen::Index answered = ask(unit, costs, asked, true, bounds);
     for (Eigen::Index j = 0; j < unit.cols(); ++j) {
       if (j == answered) stop(answered < asked ? cut_short_ : StopReason::evaluations);
