@@ -47,6 +47,9 @@ std::string default_text(const Value& field) {
   if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<double>>) {
     if (!field.has_value()) return "resolution";
   }
+  if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<Robot<double>>>) {
+    if (!field.has_value()) return "robot";
+  }
   const Json value = json::write(field);
   if (value.is_null()) return "the reference's start";
   if (value.is_string()) return value.get<std::string>();

@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import fractional, pickling, plot, stability, study
+from nfopidn import families, fractional, pickling, plot, stability, study
 from nfopidn._core import (
     Controller,
     Rival,
@@ -13,6 +13,7 @@ from nfopidn._core import (
 )
 from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn.export import export_c, export_cpp
+from nfopidn.families import Family, simulate_many
 from nfopidn.reporting import report
 from nfopidn.search.bfoa import bfoa
 from nfopidn.search.forager import Forager
@@ -27,6 +28,7 @@ pickling.register()
 __all__ = [
     "Comparison",
     "Controller",
+    "Family",
     "Forager",
     "Objective",
     "OptimizeResult",
@@ -42,11 +44,13 @@ __all__ = [
     "default_bounds",
     "export_c",
     "export_cpp",
+    "families",
     "fractional",
     "plot",
     "report",
     "scenario_suite",
     "simulate",
+    "simulate_many",
     "stability",
     "study",
     "tune",

@@ -5,6 +5,8 @@ from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn.families import Family
+
 __version__: str
 START_SHARE: float
 METHODS: dict[str, int]
@@ -57,6 +59,7 @@ class _ScenarioChanges(TypedDict, total=False):
     delay: int
     divergence_distance: float
     rng: _Seed
+    model: Robot | None
 
 class _PublishedScenarioChanges(_ScenarioChanges, total=False):
     period: float
@@ -286,6 +289,7 @@ class Scenario:
         delay: int = 0,
         divergence_distance: float = 10.0,
         rng: _Seed = None,
+        model: Robot | None = None,
     ) -> None: ...
     @staticmethod
     def published(**changes: Unpack[_PublishedScenarioChanges]) -> Scenario: ...
@@ -296,6 +300,7 @@ class Scenario:
     def load(path: _Path) -> Scenario: ...
     def save(self, path: _Path) -> None: ...
     def replace(self, **changes: Unpack[_ScenarioChanges]) -> Scenario: ...
+    def variations(self, which: str | None = None, **changes: Any) -> Family: ...
     @property
     def trajectory(self) -> Trajectory: ...
     @property
@@ -326,6 +331,8 @@ class Scenario:
     def divergence_distance(self) -> float: ...
     @property
     def seed(self) -> int: ...
+    @property
+    def model(self) -> Robot | None: ...
     @property
     def reference(self) -> _Array: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -551,11 +558,13 @@ class CostFunction:
         fixed: Sequence[float],
         dimension: int,
         worst_share: float,
+        caps: Sequence[float],
         threads: int,
     ) -> None: ...
     def costs(self, points: _Rows) -> _Array: ...
     def gradient(self, x: _Numbers) -> tuple[float, _Array]: ...
 
+def family_cap(scenario: Scenario) -> float: ...
 def checkpoint_problem(path: str) -> str | None: ...
 def search_function(function: Callable[..., Any], request: dict[str, Any]) -> dict[str, Any]: ...
 def search_controller(
@@ -565,6 +574,7 @@ def search_controller(
     source: Sequence[int],
     fixed: Sequence[float],
     worst_share: float,
+    caps: Sequence[float],
     threads: int,
     request: dict[str, Any],
 ) -> dict[str, Any]: ...
@@ -574,6 +584,7 @@ def search_rival(
     source: Sequence[int],
     fixed: Sequence[float],
     worst_share: float,
+    caps: Sequence[float],
     threads: int,
     request: dict[str, Any],
 ) -> dict[str, Any]: ...

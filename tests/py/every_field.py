@@ -21,6 +21,7 @@ SCENARIO = Scenario(
     delay=2,
     divergence_distance=5.5,
     rng=2**53 - 1,
+    model=Robot(9.5, 0.4, 0.4, 0.07),
 )
 CONTROLLER = Controller(
     np.arange(9).reshape(3, 3) / 70,

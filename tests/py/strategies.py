@@ -114,6 +114,7 @@ def scenarios(draw):
         delay=draw(st.integers(0, 64)),
         divergence_distance=distance,
         rng=draw(st.integers(0, 2**53)),
+        model=draw(st.none() | robots),
     )
 
 

@@ -187,7 +187,13 @@ template <class Settings>
 py::object field_value(const Settings& settings, const std::string& name) {
   py::object result = py::none();
   Settings::fields([&](const auto& field) {
-    if (name == field.name) result = from_json(json::write(settings.*field.member));
+    if (name != field.name) return;
+    using Value = std::decay_t<decltype(settings.*field.member)>;
+    if constexpr (std::is_same_v<Value, std::optional<Robot<double>>>) {
+      if (const auto& robot = settings.*field.member) result = py::cast(*robot);
+    } else {
+      result = from_json(json::write(settings.*field.member));
+    }
   });
   return result;
 }
@@ -206,6 +212,13 @@ void add_fields(Class& cls, const Get& get) {
 }
 
 inline std::string literal(const Json& value) {
+  if (value.is_object()) {  // the settings within settings are a robot's
+    std::string text;
+    for (const auto& item : value.items()) {
+      text += (text.empty() ? "Robot(" : ", ") + item.key() + "=" + item.value().dump();
+    }
+    return text + ")";
+  }
   if (value.is_null()) return "None";
   if (value.is_boolean()) return value.get<bool>() ? "True" : "False";
   if (value.is_string()) return "'" + value.get<std::string>() + "'";

@@ -170,6 +170,14 @@ Scenario changed(const std::string& callable, Scenario scenario, py::dict argume
   };
   take("trajectory", scenario.trajectory);
   take("robot", scenario.robot);
+  if (arguments.contains("model") && arguments["model"].is_none()) {
+    scenario.model.reset();
+    arguments.attr("pop")("model");
+  }
+  Robot<double> model;
+  const bool has_model = arguments.contains("model");
+  take("model", model);
+  if (has_model) scenario.model = model;
   check(callable, read_settings(to_json(arguments), "", scenario));
   check(callable, explain_consistency(scenario));
   return scenario;
@@ -414,6 +422,14 @@ void bind_scenario(py::module_& module) {
                        bind_arguments("Scenario.replace", scenario_arguments, py::args(), changes));
       },
       "replace(self, **changes)\n--\n\nA copy with some arguments changed.");
+  cls.def(
+      "variations",
+      [](const py::object& self, const py::args& which, const py::kwargs& changes) {
+        const py::object variations = py::module_::import("nfopidn.families").attr("variations");
+        return variations(self, *which, **changes);
+      },
+      "variations(self, which=None, **changes)\n--\n\nThe scenario and its plant a little other, "
+      "as a Family: nfopidn.families.variations(),\nwhich has the parameters.");
   cls.def_readonly("trajectory", &S::trajectory, "the Trajectory");
   cls.def_readonly("robot", &S::robot, "the Robot");
   add_fields<S>(cls, [](const S& self) -> const S& { return self; });

@@ -293,21 +293,22 @@ Structure structure_of(const PyController& controller, const std::string& parame
 py::dict search_controller(const std::vector<const Scenario*>& scenarios,
                            const PyController& controller, const std::string& parameters,
                            const std::vector<int>& source, const std::vector<double>& fixed,
-                           double worst_share, int threads, const py::dict& given) {
+                           double worst_share, const std::vector<double>& caps, int threads,
+                           const py::dict& given) {
   const Request request(given);
   const Structure structure = structure_of(controller, parameters);
   const FreeParameters free = {source, fixed};
   TuneObjective objective(scenarios, structure, free, static_cast<int>(request.low.size()),
-                          worst_share, threads);
+                          {worst_share, caps}, threads);
   return run_search(objective, request, tuning_powers(structure, free, request.low));
 }
 
 py::dict search_rival(const std::vector<const Scenario*>& scenarios,
                       const rivals::RivalDesign& rival, const std::vector<int>& source,
-                      const std::vector<double>& fixed, double worst_share, int threads,
-                      const py::dict& given) {
+                      const std::vector<double>& fixed, double worst_share,
+                      const std::vector<double>& caps, int threads, const py::dict& given) {
   const Request request(given);
-  rivals::RivalObjective objective(scenarios, rival, {source, fixed}, worst_share, threads);
+  rivals::RivalObjective objective(scenarios, rival, {source, fixed}, {worst_share, caps}, threads);
   return run_search(objective, request, tuning_powers(request.low));
 }
 
@@ -316,11 +317,12 @@ class PyObjective {
  public:
   PyObjective(std::vector<Scenario> scenarios, const PyController& controller,
               const std::string& parameters, const std::vector<int>& source,
-              const std::vector<double>& fixed, int dimension, double worst_share, int threads)
+              const std::vector<double>& fixed, int dimension, double worst_share,
+              const std::vector<double>& caps, int threads)
       : scenarios_(std::move(scenarios)),
         dimension_(dimension),
         objective_(pointers(), structure_of(controller, parameters), {source, fixed}, dimension,
-                   worst_share, threads) {}
+                   {worst_share, caps}, threads) {}
 
   py::array_t<double> costs(const RowPoints& points) {
     if (points.cols() != dimension_) {
@@ -433,12 +435,13 @@ void bind_tuning(py::module_& module) {
   py::class_<PyObjective>(
       module, "CostFunction", py::is_final(),
       "CostFunction(scenarios, controller, parameters, source, fixed, "
-      "dimension, worst_share, threads)\n--\n\nWhat nfopidn.Objective is made of.")
+      "dimension, worst_share, caps, threads)\n--\n\nWhat nfopidn.Objective is made of.")
       .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
-                    const std::vector<int>&, const std::vector<double>&, int, double, int>(),
+                    const std::vector<int>&, const std::vector<double>&, int, double,
+                    const std::vector<double>&, int>(),
            Computes(), py::arg("scenarios"), py::arg("controller"), py::arg("parameters"),
            py::arg("source"), py::arg("fixed"), py::arg("dimension"), py::arg("worst_share"),
-           py::arg("threads"))
+           py::arg("caps"), py::arg("threads"))
       .def("costs", &PyObjective::costs, Computes(), "costs(self, points)\n--\n\n(n, p) to (n,).",
            py::arg("points"))
       .def("gradient", &PyObjective::gradient,
@@ -447,10 +450,11 @@ void bind_tuning(py::module_& module) {
              py::arg("request"));
   module.def("search_controller", &search_controller, Computes(), py::arg("scenarios"),
              py::arg("controller"), py::arg("parameters"), py::arg("source"), py::arg("fixed"),
-             py::arg("worst_share"), py::arg("threads"), py::arg("request"));
+             py::arg("worst_share"), py::arg("caps"), py::arg("threads"), py::arg("request"));
   module.def("search_rival", &search_rival, Computes(), py::arg("scenarios"), py::arg("rival"),
-             py::arg("source"), py::arg("fixed"), py::arg("worst_share"), py::arg("threads"),
-             py::arg("request"));
+             py::arg("source"), py::arg("fixed"), py::arg("worst_share"), py::arg("caps"),
+             py::arg("threads"), py::arg("request"));
+  module.def("family_cap", &family_cap, Computes(), py::arg("scenario"));
   module.def(
       "checkpoint_problem",
       [](const std::string& path) -> py::object {

@@ -29,6 +29,7 @@ from nfopidn.comparison.contenders import AnyController
 from nfopidn.comparison.ranking import Ranking, rank
 from nfopidn.comparison.suite import scenario_suite
 from nfopidn.console import progress as progress_bar
+from nfopidn.families.family import Family
 
 #: A run has settled when its position error stays within this [m].
 SETTLED_WITHIN = 0.05
@@ -232,7 +233,7 @@ def _check_sample_times(named: dict[str, list[Any]], scenarios: dict[str, Scenar
 @in_standard_arithmetic
 def compare(
     controllers: Mapping[str, Entry] | Sequence[AnyController],
-    scenarios: Mapping[str, Scenario] | Sequence[str] | None = None,
+    scenarios: Family | Mapping[str, Scenario] | Sequence[str] | None = None,
     *,
     seeds: int = 1,
     workers: int = 1,
@@ -247,7 +248,7 @@ def compare(
         with different seeds. Lists must be of one length; the member at a place is paired with the
         others' there.
     scenarios
-        By name, or names of scenario_suite(); None: all of the suite.
+        By name, a Family, or names of scenario_suite(); None: all of the suite.
     seeds
         Draws of the noise for each member, in scenarios that have noise.
     workers
@@ -268,7 +269,10 @@ def compare(
     whole_number("seeds", seeds, 1)
     whole_number("workers", workers, 1)
     named = _named(controllers)
-    chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
+    if isinstance(scenarios, Family):
+        chosen = dict(scenarios.items())
+    else:
+        chosen = dict(scenarios) if isinstance(scenarios, Mapping) else scenario_suite(scenarios)
     if not chosen or not all(isinstance(one, Scenario) for one in chosen.values()):
         raise ValueError("scenarios must be Scenarios by name, at least one")
     _check_sample_times(named, chosen)

@@ -5,21 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from nfopidn._core import Robot, Scenario, Trajectory
+from nfopidn._core import Robot, Scenario
 from nfopidn.arguments import names_in
+from nfopidn.families.paths import LAPS, PUBLISHED, on_path
 from nfopidn.tuning.parameters import ROBOT_FIELDS
-
-#: Times of a lap [s]: slow ones peak at about 0.3 m/s, as the paper's robot does; fast ones are
-#: a third of them.
-_LAPS: dict[str, tuple[str, dict[str, Any], float]] = {
-    "five-cusps": ("ranunculoid", {"cusps": 5}, 240.0),
-    "circle": ("circle", {}, 45.0),
-    "lemniscate": ("lemniscate", {}, 45.0),
-    "eight": ("eight", {}, 60.0),
-    "sine": ("sine", {}, 30.0),
-    "rounded-square": ("rounded_square", {}, 60.0),
-    "line": ("line", {}, 20.0),
-}
 
 #: What is changed of a scenario: a real robot is never the model.
 CONDITIONS: dict[str, Callable[[Scenario], dict[str, Any]]] = {
@@ -41,26 +30,12 @@ def _robot(scenario: Scenario, **factors: float) -> Robot:
 
 def path_names() -> list[str]:
     """Name the paths of the suite."""
-    curves = [f"{name}{pace}" for name in _LAPS for pace in ("", "-fast")]
-    return ["published", "continuous", "continuous-fast", *curves]
+    return [*PUBLISHED, *(f"{name}{pace}" for name in LAPS for pace in ("", "-fast"))]
 
 
 def suite_names() -> list[str]:
     """Name every scenario of the suite: all paths, and the published one in all conditions."""
     return [*path_names(), *(f"published/{name}" for name in CONDITIONS)]
-
-
-def _path(name: str) -> Scenario:
-    if name == "published":
-        return Scenario.published(rng=0)
-    if name in ("continuous", "continuous-fast"):
-        period = 50.0 if name.endswith("fast") else 150.0
-        return Scenario.published(heading="continuous", period=period, rng=0)
-    curve, arguments, lap = _LAPS[name.removesuffix("-fast")]
-    period = lap / 3 if name.endswith("-fast") else lap
-    trajectory = getattr(Trajectory, curve)(period=period, dt=0.2, **arguments)
-    start = trajectory.x[0], trajectory.y[0] + 0.3, trajectory.theta[0]
-    return Scenario(trajectory, initial_pose=start, rng=0)
 
 
 def scenario_suite(names: Sequence[str] | None = None) -> dict[str, Scenario]:
@@ -84,7 +59,7 @@ def scenario_suite(names: Sequence[str] | None = None) -> dict[str, Scenario]:
         if condition and condition not in CONDITIONS:
             known = ", ".join(CONDITIONS)
             raise ValueError(f"scenario {name!r}: unknown condition; known: {known}")
-        scenario = _path(path)
+        scenario = on_path(path)
         chosen[name] = (
             scenario.replace(**CONDITIONS[condition](scenario)) if condition else scenario
         )

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from nfopidn import _core
 from nfopidn._core import Controller, Scenario
-from nfopidn.arguments import is_number, real_numbers, whole_number
+from nfopidn.arguments import is_number, real_numbers, shown, whole_number
+from nfopidn.families.family import Family
 from nfopidn.search.optimise import MAXIMUM_WORKERS, Array
-from nfopidn.tuning.parameters import ControllerSearch, make_search
+from nfopidn.tuning.parameters import ControllerSearch, Mean, make_search
 from nfopidn.tuning.result import scenario_list
 
 
@@ -37,9 +38,10 @@ class Objective:
         frozen: Mapping[str, float] | None = None,
         tied: Mapping[str, str] | None = None,
         worst_share: float = 1.0,
+        cost_cap: float | str | None = None,
         workers: int = 1,
     ) -> None:
-        """Take the arguments of tune()."""
+        """Take the arguments of tune(), of a nominal search: no variations, and no cap."""
         scenarios = scenarios_of(scenario)
         search = make_search(structure, bounds, frozen, tied, scenarios)
         if not isinstance(search, ControllerSearch):
@@ -50,7 +52,8 @@ class Objective:
         self.parameters = search.names
         #: (p, 2): low and high of each.
         self.bounds = np.column_stack([search.low, search.high])
-        self._function = cost_function(scenarios, search, worst_share, workers)
+        mean = (float(worst_share), cost_caps(cost_cap, scenarios))
+        self._function = cost_function(scenarios, search, mean, workers)
         # Copies: what the caller makes of its own afterwards is not this objective's.
         self._arguments: dict[str, Any] = {
             "scenario": list(scenarios),
@@ -59,6 +62,7 @@ class Objective:
             "frozen": _own(frozen),
             "tied": _own(tied),
             "worst_share": worst_share,
+            "cost_cap": cost_cap,
             "workers": workers,
         }
 
@@ -122,7 +126,7 @@ def _own(given: Any) -> Any:
 
 
 def cost_function(
-    scenarios: list[Scenario], search: ControllerSearch, worst_share: float, workers: int
+    scenarios: list[Scenario], search: ControllerSearch, mean: Mean, workers: int
 ) -> _core.CostFunction:
     """Make the core's cost function of the free parameters over scenarios."""
     return _core.CostFunction(
@@ -132,7 +136,7 @@ def cost_function(
         search.source,
         search.fixed,
         len(search.names),
-        float(worst_share),
+        *mean,
         int(workers),
     )
 
@@ -144,12 +148,31 @@ def check_share(worst_share: float, workers: int) -> None:
         raise ValueError(f"worst_share is {worst_share}; must be in [0, 1]")
 
 
+def cost_caps(cost_cap: float | str | None, scenarios: Sequence[Scenario]) -> list[float]:
+    """Give the cap of each scenario's cost; an empty list where costs count as they are.
+
+    Raises
+    ------
+    ValueError
+        Neither None, nor "friction", nor a positive number.
+    """
+    if cost_cap is None:
+        return []
+    if isinstance(cost_cap, str) and cost_cap == "friction":
+        return [_core.family_cap(scenario) for scenario in scenarios]
+    if not is_number(cost_cap) or not 0 < float(cost_cap) < np.inf:
+        raise ValueError(
+            f"cost_cap is {shown(cost_cap)}; must be a positive number, 'friction' or None"
+        )
+    return [float(cost_cap)] * len(scenarios)
+
+
 def scenarios_of(scenario: Scenario | Sequence[Scenario] | None) -> list[Scenario]:
     """Give the scenarios of tune(); without any, the published one with seed 0."""
     if scenario is None:
         return [Scenario.published(rng=0)]
-    if not isinstance(scenario, Scenario | list | tuple):
-        raise ValueError("scenario must be a Scenario or a list of them")
+    if not isinstance(scenario, Scenario | Family | list | tuple):
+        raise ValueError("scenario must be a Scenario, a Family or a list of Scenarios")
     scenarios = scenario_list(scenario)
     if not scenarios or not all(isinstance(one, Scenario) for one in scenarios):
         raise ValueError("scenario must be a Scenario or a list of at least one")

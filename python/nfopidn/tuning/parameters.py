@@ -20,6 +20,8 @@ ROBOT_FIELDS = ("mass", "inertia", "track_width", "wheel_radius")
 
 Structure = str | Mapping[str, Any] | None
 Request = dict[str, Any]
+#: The share of the worst scenarios whose mean is the cost, and the caps of their costs, if any.
+Mean = tuple[float, list[float]]
 Box = dict[str, tuple[float, float]]
 
 
@@ -47,7 +49,7 @@ class Search(ABC):
 
     @abstractmethod
     def run(
-        self, scenarios: list[Scenario], worst_share: float, workers: int, request: Request
+        self, scenarios: list[Scenario], mean: Mean, workers: int, request: Request
     ) -> dict[str, Any]:
         """Search, in the core."""
 
@@ -96,7 +98,7 @@ class ControllerSearch(Search):
         return {"controller": controller, "parameters": self.parameters}
 
     def run(
-        self, scenarios: list[Scenario], worst_share: float, workers: int, request: Request
+        self, scenarios: list[Scenario], mean: Mean, workers: int, request: Request
     ) -> dict[str, Any]:
         """Search, in the core."""
         return _core.search_controller(
@@ -105,7 +107,7 @@ class ControllerSearch(Search):
             self.parameters,
             self.source,
             self.fixed,
-            worst_share,
+            *mean,
             workers,
             request,
         )
@@ -136,11 +138,11 @@ class RivalSearch(Search):
         return {"rival": json.loads(self.base.to_json())}
 
     def run(
-        self, scenarios: list[Scenario], worst_share: float, workers: int, request: Request
+        self, scenarios: list[Scenario], mean: Mean, workers: int, request: Request
     ) -> dict[str, Any]:
         """Search, in the core."""
         return _core.search_rival(
-            scenarios, self.base, self.source, self.fixed, worst_share, workers, request
+            scenarios, self.base, self.source, self.fixed, *mean, workers, request
         )
 
 
@@ -265,7 +267,7 @@ def make_search(
     if structure is not None and is_rival(structure):
         rival, box = _rival_box(structure)
         if scenarios and "robot" not in structure:
-            rival = rival.replace(robot=scenarios[0].robot)
+            rival = rival.replace(robot=scenarios[0].model or scenarios[0].robot)
         rivals = RivalSearch(*_free_box(box, bounds, frozen, tied), rival)
         for corner in (rivals.low, rivals.high):  # refuses what a rival may not have
             rivals.controller(corner)

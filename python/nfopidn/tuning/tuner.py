@@ -37,9 +37,10 @@ from nfopidn.search.optimise import (
     returned,
     run,
 )
-from nfopidn.tuning.objective import check_share, cost_function, scenarios_of
+from nfopidn.tuning.objective import check_share, cost_caps, cost_function, scenarios_of
 from nfopidn.tuning.parameters import (
     ControllerSearch,
+    Mean,
     Search,
     controller_structure,
     make_search,
@@ -191,6 +192,7 @@ def _tune(
     tied: Mapping[str, str] | None = None,
     start: Controller | Rival | None = None,
     worst_share: float = 1.0,
+    cost_cap: float | str | None = None,
 ) -> TuneResult:
     """Search as tune() does; also a stage of such a search, which may end without a finite cost."""
     scenarios = scenarios_of(scenario)
@@ -201,7 +203,8 @@ def _tune(
         stages=list(stages),
     )
     check_share(worst_share, workers)
-    _check_checkpoints(settings, scenarios, worst_share, stages)
+    mean = (float(worst_share), cost_caps(cost_cap, scenarios))
+    _check_checkpoints(settings, scenarios, mean, stages)
     first = None if start is None else search.start(start)
     if first is not None:
         _check_start(search, start, first)
@@ -209,18 +212,18 @@ def _tune(
         shared = {
             **{"bounds": bounds, "frozen": frozen, "tied": tied, "method": method},
             **{"options": options, "callback": callback, "progress": progress},
-            **{"workers": workers, "worst_share": worst_share},
+            **{"workers": workers, "worst_share": worst_share, "cost_cap": cost_cap},
         }
         return _either_lateral(scenarios, search, settings, start, shared)
     before: TuneResult | None = None
     if start is None and isinstance(search, ControllerSearch) and search.parameters == "taps":
-        limits = {"workers": workers, "worst_share": worst_share}
+        limits = {"workers": workers, "worst_share": worst_share, "cost_cap": cost_cap}
         before = _first_gains(scenarios, search, structure, settings, callback, limits)
         first = before.x
         over = before.nfev >= settings.maxfev or before.elapsed >= settings.maxtime
         if before.status > OUT_OF_TIME or over:
             return _best_of([before], structure, settings)
-    problem = _problem(scenarios, search, worst_share)
+    problem = _problem(scenarios, search, mean)
     problem["start"] = None if first is None else first.tolist()
     request = settings.request(search.low, search.high, problem)
     if before is not None:
@@ -228,7 +231,7 @@ def _tune(
         request["maxtime"] = max(request["maxtime"] - before.elapsed, _NO_TIME)
     request["start"] = first
     reply, raised = run(
-        lambda request: search.run(scenarios, float(worst_share), int(workers), request),
+        lambda request: search.run(scenarios, mean, int(workers), request),
         request,
         settings,
         _counting_on(callback, 0 if before is None else before.nfev),
@@ -259,15 +262,18 @@ def _tune(
     return _best_of([before, result], structure, settings)
 
 
-def _problem(scenarios: list[Scenario], search: Search, worst_share: float) -> dict[str, Any]:
+def _problem(scenarios: list[Scenario], search: Search, mean: Mean) -> dict[str, Any]:
     """Describe a search, but for its start, for a checkpoint."""
+    worst_share, caps = mean
     return {
         "kind": "tune",
         "scenario": [json.loads(one.to_json()) for one in scenarios],
         **search.problem(),
         "source": search.source,
         "fixed": search.fixed,
-        "worst_share": float(worst_share),
+        "worst_share": worst_share,
+        # A checkpoint from before costs had caps is still the same.
+        **({"caps": caps} if caps else {}),
     }
 
 
@@ -304,7 +310,7 @@ def _of_first_stage(settings: Settings) -> Settings:
 
 
 def _check_checkpoints(
-    settings: Settings, scenarios: list[Scenario], worst_share: float, stages: Mapping[str, Search]
+    settings: Settings, scenarios: list[Scenario], mean: Mean, stages: Mapping[str, Search]
 ) -> None:
     """Refuse checkpoints of other searches before the first stage, and not as each one's turn is.
 
@@ -317,7 +323,7 @@ def _check_checkpoints(
         if not Path(path).exists():
             continue
         found = problem_in(path)
-        problem = _problem(scenarios, search, worst_share)
+        problem = _problem(scenarios, search, mean)
         own = _of_first_stage(settings) if suffix == FIRST_STAGE else settings
         known = json.loads(own.request(search.low, search.high, problem)["problem"])
         del known["maxfev"]
@@ -363,7 +369,8 @@ def _first_gains(
         maxtime = _NO_TIME
 
     def as_taps(found: TuneResult) -> TuneResult:
-        cost = cost_function(scenarios, search, shared["worst_share"], 1)
+        mean = (float(shared["worst_share"]), cost_caps(shared["cost_cap"], scenarios))
+        cost = cost_function(scenarios, search, mean, 1)
         return _as_taps(found, search, structure, cost, settings.stopval)
 
     try:
@@ -420,7 +427,7 @@ def _either_lateral(
         return left > 0 and seconds > 0 and last.status <= OUT_OF_TIME
 
     if start is None:
-        limits = {"workers": shared["workers"], "worst_share": shared["worst_share"]}
+        limits = {key: shared[key] for key in ("workers", "worst_share", "cost_cap")}
 
         gains = partial(_first_gains, scenarios, search, "taps", settings, callback, limits)
         if not add(gains):

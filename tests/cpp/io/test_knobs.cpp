@@ -219,6 +219,15 @@ Knobs<Scenario> scenario_knobs() {
   knobs["delay"].turns = {[](S& s) { s.delay = 1; }, [](S& s) { s.delay = 2; }};
   knobs["divergence_distance"].turns = {[](S& s) { s.divergence_distance = 1; }};
   knobs["divergence_distance"].given = [](S& s) { s.initial_pose = {3.0, 0, 0}; };
+  const auto reckon_with = [](double Robot<double>::*member) {
+    return [=](S& s) {
+      s.model = s.robot;
+      (*s.model).*member *= 1.2;
+    };
+  };
+  knobs["model"].turns = {reckon_with(&Robot<double>::mass), reckon_with(&Robot<double>::inertia),
+                          reckon_with(&Robot<double>::track_width),
+                          reckon_with(&Robot<double>::wheel_radius)};
   knobs["seed"].turns = {[](S& s) { s.seed = 1; }, [](S& s) { s.seed = 2; }};
   knobs["seed"].given = [](S& s) { s.pose_noise = {0.01, 0.01}; };
   return knobs;

@@ -31,6 +31,78 @@ TEST(TuneObjective, IsTheMeanOfTheWorstScenarios) {
   EXPECT_NEAR(cost(0), each[2], 1e-10);
 }
 
+TEST(CostCap, GrowsAsTheLogarithmBeyondTheCap) {
+  const CostCap cap{2.0};
+  EXPECT_EQ(cap.seen(1.5), 1.5);
+  EXPECT_NEAR(cap.seen(20), 2 * (1 + std::log(10.0)), 1e-14);
+  EXPECT_NEAR(cap.unseen(cap.seen(20)), 20, 1e-12);
+  EXPECT_EQ(cap.unseen(1.5), 1.5);
+  for (const double cost : {1.0, 3.0, 50.0}) {
+    EXPECT_NEAR(cap.slope(cost), (cap.seen(cost + 1e-6) - cap.seen(cost - 1e-6)) / 2e-6, 1e-8);
+  }
+}
+
+TEST(CostCap, IsTenTimesWhatFrictionCosts) {
+  Scenario scenario = short_scenario();
+  EXPECT_EQ(family_cap(scenario), 1);
+  scenario.coulomb_friction = 0.4;  // of two wheels, at each sample in motion
+  const Trajectory& t = scenario.trajectory;
+  int turning = 0;
+  for (Eigen::Index k = 0; k < t.size(); ++k) {
+    const double half = 0.5 * scenario.robot.track_width * t.omega(k);
+    turning += (t.v(k) + half != 0 ? 1 : 0) + (t.v(k) - half != 0 ? 1 : 0);
+  }
+  EXPECT_NEAR(family_cap(scenario), 10 * 0.16 * turning / static_cast<double>(t.size()), 1e-12);
+  scenario.viscous_friction = 0.5;
+  EXPECT_GT(friction_cost(scenario), 0.32);
+}
+
+// Costs and slopes under caps, of which one is exceeded, one is not and one scenario diverges; and
+// what bounds spare changes no cost that is within them.
+TEST(TuneObjective, CapsTheCostOfEachScenario) {
+  Scenario scenarios[3] = {short_scenario(), short_scenario(), short_scenario()};
+  scenarios[1].robot.mass = 20;
+  scenarios[2].initial_pose = {{2.0, 0.5, 1.0}};
+  const std::vector<const Scenario*> all = {&scenarios[0], &scenarios[1], &scenarios[2]};
+  const Structure structure;
+  const std::vector<double> x =
+      parameters_of(structure.parameters, ControllerDesign(structure.settings));
+  const auto size = static_cast<Eigen::Index>(x.size());
+  const Point point = Eigen::Map<const Point>(x.data(), size);
+  std::vector<double> each;
+  for (const Scenario& one : scenarios) {
+    each.push_back(evaluate(prepare(one), ControllerDesign(structure.settings)));
+  }
+  const std::vector<double> caps = {each[0] / 3, each[1] * 2, each[2] / 5};
+  const double expected =
+      (caps[0] * (1 + std::log(3.0)) + each[1] + caps[2] * (1 + std::log(5.0))) / 3;
+  TuneObjective objective(all, structure, FreeParameters::all(x.size()), static_cast<int>(size),
+                          {1.0, caps}, 1);
+  double cost = 0;
+  objective.costs(point, &cost);
+  EXPECT_NEAR(cost, expected, 1e-10);
+  Eigen::VectorXd slopes(size);
+  EXPECT_NEAR(objective.gradient(point, slopes.data()), expected, 1e-10);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    Points two = point.replicate(1, 2);
+    two(i, 0) += 1e-6;
+    two(i, 1) -= 1e-6;
+    double costs[2];
+    objective.costs(two, costs);
+    EXPECT_NEAR(slopes(i), (costs[0] - costs[1]) / 2e-6, 1e-5 * std::fabs(slopes(i)) + 1e-7) << i;
+  }
+  for (const double factor : {0.3, 0.9, 1.1, 3.0}) {
+    const double bound = expected * factor;
+    double bounded = 0;
+    objective.bounded_costs(point, &bound, &bounded);
+    if (factor > 1) {
+      EXPECT_EQ(bounded, cost);
+    } else {
+      EXPECT_GT(bounded, bound);
+    }
+  }
+}
+
 // The same costs from all, whoever asks with bounds.
 class Unbounded : public Objective {
  public:

@@ -32,6 +32,7 @@ MODULES = [
     "console",
     "fractional",
     "stability",
+    "families",
     "plot",
     "search",
     "tuning",
@@ -41,6 +42,7 @@ MODULES = [
     "study",
     "commands",
     "__init__",
+    "__main__",
 ]
 
 
@@ -138,4 +140,4 @@ def test_one_name_has_an_underscore(repository, kind):
         for path in root.glob(kind)
         if path.name.startswith("_") and path.suffix in {".py", ".pyi", ""}
     }
-    assert private - {"__init__", "__pycache__"} <= {"_core"}
+    assert private - {"__init__", "__main__", "__pycache__"} <= {"_core"}

@@ -30,6 +30,7 @@ INNER = {
     "check_sample_time",
     "check_writable",
     "checkpoint_problem",
+    "family_cap",
     "read_text",
     "StopIf",
     "write_file",

@@ -80,6 +80,15 @@ constexpr bool
     wraps_elements<Value, traits::void_t<decltype(traits::declval<const Value&>().value.begin())>> =
         true;
 
+struct IgnoresFields {
+  template <class Field>
+  constexpr void operator()(const Field& /*field*/) const {}
+};
+template <class Value, class = void>
+constexpr bool has_fields = false;
+template <class Value>
+constexpr bool has_fields<Value, traits::void_t<decltype(Value::fields(IgnoresFields()))>> = true;
+
 struct RangeCheck {
   Finding finding;
 
@@ -95,6 +104,10 @@ struct RangeCheck {
   constexpr void check(const char* name, const Range& range, const Value& value) {
     if constexpr (may_be_absent<Value>) {
       if (value.has_value()) check(name, range, *value);
+    } else if constexpr (has_fields<Value>) {
+      // Settings within settings have ranges of their own.
+      Value::fields(
+          [&](const auto& field) { check(field.name, field.range, value.*field.member); });
     } else if constexpr (wraps_elements<Value>) {
       check(name, range, value.value);
     } else if constexpr (traits::is_array<Value> || has_elements<Value>) {

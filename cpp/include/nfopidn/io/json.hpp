@@ -41,6 +41,10 @@ std::string known_keys(const std::vector<std::string>& also) {
   return list + field_list<Settings>();
 }
 
+// Settings within settings: an object with every one of their keys.
+template <class Settings, std::enable_if_t<nfopidn::detail::has_fields<Settings>, int> = 0>
+void read(const Json& value, const Context& context, std::optional<Settings>& result);
+
 inline Outcome unknown_key(const std::string& path, const std::string& known) {
   return {Status::not_a_choice, path + " is unknown; known: " + known};
 }
@@ -74,6 +78,13 @@ Outcome read_settings(const Json& object, const std::string& path, Settings& set
   return outcome;
 }
 
+namespace json {
+
+template <class Settings, std::enable_if_t<nfopidn::detail::has_fields<Settings>, int> = 0>
+Json write(const std::optional<Settings>& value);
+
+}  // namespace json
+
 template <class Settings>
 Json write_settings(const Settings& settings) {
   Json object = Json::object();
@@ -83,6 +94,29 @@ Json write_settings(const Settings& settings) {
 }
 
 namespace json {
+
+template <class Settings, std::enable_if_t<nfopidn::detail::has_fields<Settings>, int>>
+Json write(const std::optional<Settings>& value) {
+  return value ? write_settings(*value) : Json(nullptr);
+}
+
+template <class Settings, std::enable_if_t<nfopidn::detail::has_fields<Settings>, int>>
+void read(const Json& value, const Context& context, std::optional<Settings>& result) {
+  if (value.is_null()) {
+    result.reset();
+    return;
+  }
+  Settings settings;
+  Outcome outcome = read_settings(value, context.path, settings);
+  Settings::fields([&](const auto& field) {
+    if (!outcome || value.contains(field.name)) return;
+    outcome = {Status::wrong_size,
+               join(context.path, field.name) +
+                   " is missing; must be given with the others: " + field_list<Settings>()};
+  });
+  if (!outcome) return context.complain(outcome);
+  result = settings;
+}
 
 // Documents of version 1 up to `newest` are read.
 inline Outcome check_header(const Json& document, const char* format,

@@ -165,7 +165,10 @@ inline Json write_scenario(const Scenario& scenario) {
   Json document = {{"format", scenario_format}, {"version", document_version}};
   document["trajectory"] = write_trajectory(scenario.trajectory);
   document["robot"] = write_settings(scenario.robot);
-  document.update(write_settings(scenario));
+  Json settings = write_settings(scenario);
+  // Documents without it are as they were before scenarios had a model.
+  if (!scenario.model) settings.erase("model");
+  document.update(settings);
   return document;
 }
 

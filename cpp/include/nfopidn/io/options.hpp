@@ -74,6 +74,22 @@ template <std::size_t row_count, std::size_t columns>
 struct Reading<Matrix<row_count, columns>> {
   static Json read(const std::string& text) { return rows(text, columns); }
 };
+// A robot's numbers in the order of its fields, or a word for none.
+template <>
+struct Reading<std::optional<Robot<double>>> {
+  static Json read(const std::string& text) {
+    if (text == "robot") return nullptr;
+    const Json numbers = list(text);
+    Json robot = Json::object();
+    std::size_t place = 0;
+    Robot<double>::fields([&](const auto& field) {
+      if (place < numbers.size()) robot[field.name] = numbers[place];
+      ++place;
+    });
+    if (numbers.size() > place) return numbers;
+    return robot;
+  }
+};
 template <>
 struct Reading<Memory> {
   static Json read(const std::string& text) {

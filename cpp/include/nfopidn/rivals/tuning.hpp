@@ -11,10 +11,10 @@ class RivalObjective : public Objective {
  public:
   // The scenarios must outlive this. The design's parameters do not matter.
   RivalObjective(const std::vector<const Scenario*>& scenarios, RivalDesign design,
-                 FreeParameters parameters, double share, int threads)
+                 FreeParameters parameters, FamilyCost family, int threads)
       : design_(std::move(design)),
         parameters_(std::move(parameters)),
-        share_(share),
+        family_(std::move(family)),
         pool_(threads) {
     for (const Scenario* scenario : scenarios) runs_.push_back(prepare(*scenario));
   }
@@ -43,13 +43,14 @@ class RivalObjective : public Objective {
     for (std::size_t s = 0; s < runs_.size(); ++s) {
       each(static_cast<Eigen::Index>(s)) = evaluate(runs_[s], candidate);
     }
-    return each.dot(worst_share_weights(each, share_));
+    family_.see(each);
+    return each.dot(worst_share_weights(each, family_.share));
   }
 
   std::vector<PreparedRun> runs_;
   RivalDesign design_;
   FreeParameters parameters_;
-  double share_;
+  FamilyCost family_;
   ThreadPool pool_;
 };
 

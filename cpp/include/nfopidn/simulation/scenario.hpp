@@ -22,6 +22,8 @@ struct InitialVelocity {
 struct Scenario {
   Trajectory trajectory;
   Robot<double> robot;
+  // The robot that the reference torques are reckoned with, where it is not the true one.
+  std::optional<Robot<double>> model;
   std::optional<std::array<double, 3>> initial_pose;  // x, y [m], theta [rad]
   InitialVelocity initial_velocity;
   double torque_limit = 3.078;  // [N m]
@@ -73,6 +75,9 @@ struct Scenario {
     visit(field("divergence_distance", &S::divergence_distance, "m", between(1e-3, 1e6),
                 "a run further than this from its reference has diverged"));
     visit(field("seed", &S::seed, "", between(0, 9007199254740992.0), "of the random draws"));
+    visit(field("model", &S::model, "kg, kg m^2, m, m", any_number(),
+                "robot that feedforward torques are reckoned with; null (in words: robot): the "
+                "true one"));
   }
 };
 
@@ -94,8 +99,8 @@ namespace detail {
 
 inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen::Index k) {
   const Trajectory& t = scenario.trajectory;
-  const TorquePair<double> torque =
-      inverse_dynamics(scenario.robot, t.acceleration(k), t.turn_acceleration(k));
+  const TorquePair<double> torque = inverse_dynamics(scenario.model.value_or(scenario.robot),
+                                                     t.acceleration(k), t.turn_acceleration(k));
   return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
 }

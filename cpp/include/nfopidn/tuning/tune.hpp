@@ -5,6 +5,7 @@
 #include "nfopidn/parallel/thread_pool.hpp"
 #include "nfopidn/search/method.hpp"
 #include "nfopidn/tuning/batch.hpp"
+#include "nfopidn/tuning/family_cost.hpp"
 #include "nfopidn/tuning/structures.hpp"
 
 namespace nfopidn {
@@ -28,30 +29,16 @@ inline Point tuning_powers(const Structure& structure, const FreeParameters& par
   return power;
 }
 
-// The weight of each scenario's cost in the mean of the worst `share` of them.
-inline Eigen::VectorXd worst_share_weights(const Eigen::VectorXd& costs, double share) {
-  const double worst = std::max(share * static_cast<double>(costs.size()), 1.0);
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(costs.size());
-  double left = worst;
-  const std::vector<Eigen::Index> order = ranking(costs);
-  for (auto place = order.rbegin(); place != order.rend() && left > 0; ++place) {
-    weight(*place) = std::min(left, 1.0) / worst;
-    left -= 1;
-  }
-  return weight;
-}
-
-// Cost of a controller over scenarios: the mean of the worst `share` of them (the conditional value
-// at risk), so that 1 is the mean and 0 the worst case.
+// Cost of a controller over scenarios, of which FamilyCost makes one.
 class TuneObjective : public Objective {
  public:
   // The scenarios must outlive this.
   TuneObjective(const std::vector<const Scenario*>& scenarios, const Structure& structure,
-                FreeParameters parameters, int dimension, double share, int threads)
+                FreeParameters parameters, int dimension, FamilyCost family, int threads)
       : structure_(structure),
         parameters_(std::move(parameters)),
         dimension_(dimension),
-        share_(share),
+        family_(std::move(family)),
         pool_(threads) {
     for (const Scenario* scenario : scenarios) {
       evaluators_.emplace_back(prepare(*scenario), structure.settings);
@@ -89,21 +76,32 @@ class TuneObjective : public Objective {
     const std::vector<double> laws = laws_of(points);
     const Eigen::Index count = points.cols();
     const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
-    if (scenarios == 1) {
-      share_out_costs(laws, count, bounds, costs);
+    if (scenarios == 1 && family_.caps.empty()) {
+      share_out_costs(laws, count, bounds, 0, costs);
       return;
     }
-    Eigen::VectorXd each_bound;
+    Eigen::MatrixXd each_bound;
     if (bounds != nullptr) {
-      // The mean of the worst is no less than what one of them gives to it.
-      const double worst = std::max(share_ * static_cast<double>(scenarios), 1.0);
-      each_bound = Eigen::Map<const Eigen::VectorXd>(bounds, count) * worst;
+      const Eigen::VectorXd most =
+          Eigen::Map<const Eigen::VectorXd>(bounds, count) * family_.worst(scenarios);
+      if (family_.caps.empty()) {
+        each_bound = most;  // one column for all scenarios
+      } else {
+        each_bound.resize(count, scenarios);
+        for (Eigen::Index i = 0; i < scenarios; ++i) {
+          for (Eigen::Index j = 0; j < count; ++j) {
+            each_bound(j, i) = family_.cap(i).unseen(most(j));
+          }
+        }
+      }
     }
     Eigen::MatrixXd each(count, scenarios);
-    share_out_costs(laws, count, bounds != nullptr ? each_bound.data() : nullptr, each.data());
+    share_out_costs(laws, count, bounds != nullptr ? each_bound.data() : nullptr,
+                    each_bound.cols() > 1 ? count : 0, each.data());
     for (Eigen::Index j = 0; j < count; ++j) {
-      const Eigen::VectorXd row = each.row(j);
-      costs[j] = dot(row, worst_share_weights(row, share_));
+      Eigen::VectorXd row = each.row(j);
+      family_.see(row);
+      costs[j] = dot(row, worst_share_weights(row, family_.share));
     }
   }
 
@@ -127,7 +125,13 @@ class TuneObjective : public Objective {
           static_cast<int>(there), each_slopes.col(scenario).data() + from);
       if (from == 0) each(scenario) = cost;
     });
-    const Eigen::VectorXd weight = worst_share_weights(each, share_);
+    if (!family_.caps.empty()) {
+      for (Eigen::Index i = 0; i < scenarios; ++i) {
+        each_slopes.col(i) *= family_.cap(i).slope(each(i));
+      }
+      family_.see(each);
+    }
+    const Eigen::VectorXd weight = worst_share_weights(each, family_.share);
     Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
     return dot(each, weight);
   }
@@ -172,14 +176,15 @@ class TuneObjective : public Objective {
                          });
   }
 
-  // costs: [scenarios][count], bounds: [count].
+  // costs: [scenarios][count], bounds: [count], those of the next scenario `stride` further.
   void share_out_costs(const std::vector<double>& laws, Eigen::Index count, const double* bounds,
-                       double* costs) {
+                       Eigen::Index stride, double* costs) {
     constexpr int together = 8;  // candidates, with the widest instructions
     over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
       evaluators_[static_cast<std::size_t>(scenario)].costs_of_laws(
           laws.data() + static_cast<std::size_t>(first) * law_size(), static_cast<int>(there),
-          costs + scenario * count + first, bounds == nullptr ? nullptr : bounds + first);
+          costs + scenario * count + first,
+          bounds == nullptr ? nullptr : bounds + scenario * stride + first);
     });
   }
 
@@ -202,7 +207,7 @@ class TuneObjective : public Objective {
   Structure structure_;
   FreeParameters parameters_;
   int dimension_;
-  double share_;
+  FamilyCost family_;
   ThreadPool pool_;
 };
 

@@ -1,0 +1,27 @@
+"""Families of scenarios: what a controller must bear, not only what it is tuned on.
+
+=================== ===============================================================
+`variations`        a scenario and its plant a little other: Scenario.variations()
+`random_variations` the same, drawn at random from a seed
+`over_paths`        a scenario's robot and start on other paths
+`benchmark`         the families R, G, J and J++ of docs/theory.md
+`simulate_many`     a controller on every scenario of a family
+=================== ===============================================================
+"""
+
+from nfopidn.families.benchmarks import benchmark
+from nfopidn.families.family import Family
+from nfopidn.families.paths import over_paths
+from nfopidn.families.runs import FamilyRuns, simulate_many
+from nfopidn.families.variations import STANDARD, random_variations, variations
+
+__all__ = [
+    "STANDARD",
+    "Family",
+    "FamilyRuns",
+    "benchmark",
+    "over_paths",
+    "random_variations",
+    "simulate_many",
+    "variations",
+]
