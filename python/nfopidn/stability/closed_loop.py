@@ -93,7 +93,8 @@ class LoopStability:
     state_names
         the state's n numbers: error x, y [m], theta [rad] in the reference's frame, v [m/s],
         omega [rad/s], the channels' past errors newest first, the last feedback torques [N m]
-        (incremental form), the torques on their way [N m] (delay)
+        (incremental form), the last measured pose's error, drive and steering after the pole and
+        the integral states [N m] (tracking law), the torques on their way [N m] (delay)
     reference
         (period, 8): rows as in Scenario.reference
     heading_wrap, torque_left, torque_right
@@ -179,13 +180,17 @@ def _power_text(log_radius: float) -> str:
 
 def _state_names(size: int, past: int, controller: Controller, delay: int) -> tuple[str, ...]:
     adds = 2 if controller.form == "incremental" else 0
-    of_channel = (size - 5 - adds - 2 * delay) // 3
+    tracks = 7 if controller.uses_tracking_law else 0
+    of_channel = (size - 5 - adds - tracks - 2 * delay) // 3
     names = ["e_x", "e_y", "e_theta", "v", "omega"]
     for channel in ("x", "y", "theta"):
         names += [f"e_{channel}(k-{age})" for age in range(1, past + 1)]
         names += [f"mode_{channel}({i})" for i in range(1, of_channel - past + 1)]
     if controller.form == "incremental":
         names += ["tau_fb_left(k-1)", "tau_fb_right(k-1)"]
+    if tracks:
+        names += [f"e_{name}(k-1), measured" for name in ("x", "y", "theta")]
+        names += ["drive(k-1)", "steering(k-1)", "integral_drive", "integral_steering"]
     names += [f"tau_{side}(k-{age})" for age in range(delay, 0, -1) for side in ("left", "right")]
     assert len(names) == size
     return tuple(names)

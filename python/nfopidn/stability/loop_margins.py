@@ -11,13 +11,13 @@ from nfopidn import _core
 from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import (
     controller_or_published,
-    no_tracking_law,
     real_number,
     scenario_or_published,
 )
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.stability.loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability.pole_map import short_memory
+from nfopidn.stability.tracking_filters import state_space, tracking_filters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -160,11 +160,15 @@ class _Linear:
         plant = polynomial.polyval(y, np.moveaxis(motion, 2, 0)) / polynomial.polyval(
             y, determinant
         )
-        filters = power_sums(self.taps, w) * w**self.delay
+        filters = self.filters(w) * w**self.delay
         if self.sums:
             filters = filters / (w * y)  # z / (z - 1)
         law = self.allocation * filters.T[:, None, :]
         return np.asarray(-law @ np.moveaxis(plant, 2, 0))
+
+    def filters(self, w: Complex) -> Complex:
+        """Return the channels' filters of the error, (3, N)."""
+        return np.asarray(power_sums(self.taps, w))
 
     def one_loop(self, index: int) -> Response:
         """Return the response of drive (0) or steering (1) with the other loop closed."""
@@ -213,6 +217,50 @@ class _Linear:
         step[:5, :5] += self.state
         step[:5] += self.input @ applied
         return step
+
+
+class _LinearTracking(_Linear):
+    """The same of the tracking law."""
+
+    def __init__(self, scenario: Scenario, controller: Controller, speed: float) -> None:
+        super().__init__(scenario, controller.replace(lateral="plain"), speed)
+        self.numerators, self.denominators = tracking_filters(controller, speed)
+        self.taps = np.zeros((3, max(map(len, self.numerators))))
+
+    def filters(self, w: Complex) -> Complex:
+        """Return the channels' filters of the error, (3, N)."""
+        pairs = zip(self.numerators, self.denominators, strict=True)
+        return np.array([polynomial.polyval(w, a) / polynomial.polyval(w, b) for a, b in pairs])
+
+    def poles(self) -> Complex:
+        """Return the closed loop's poles: eigenvalues of the whole map at rest."""
+        # One filter drives, and one with two inputs steers: y and theta share pole and integral.
+        parts = {
+            (place, stop): state_space(self.numerators[place:stop], self.denominators[place])
+            for place, stop in ((0, 1), (1, 3))
+        }
+        line = 5 + sum(len(own) for own, *_ in parts.values())
+        step = np.zeros((line + 2 * self.delay,) * 2)
+        torque = np.zeros((2, len(step)))
+        step[:5, :5] = self.state
+        first = 5
+        for (channel, stop), (own, into, out, through) in parts.items():
+            place = slice(first, first + len(own))
+            errors, wheels = self.ERRORS[channel:stop], self.allocation[:, channel]
+            step[place, place] = own
+            step[place, :5] = into @ errors
+            torque[:, place] = np.outer(wheels, out)
+            torque[:, :5] += np.outer(wheels, through @ errors)
+            first += len(own)
+        applied = torque
+        if self.delay:
+            applied = np.zeros_like(torque)
+            applied[:, line : line + 2] = np.eye(2)
+            step[line : len(step) - 2, line + 2 :] = np.eye(2 * self.delay - 2)
+            step[len(step) - 2 :] = torque
+        step[:5] += self.input @ applied
+        poles = np.linalg.eigvals(step).astype(np.complex128)
+        return np.asarray(poles[np.argsort(-np.abs(poles))])
 
 
 #: The torques' sum and difference.
@@ -374,9 +422,9 @@ def margins(
     """Return the margins of the loop that drives straight on at a speed.
 
     The robot's motion over one sample is linearised with the scenario's integrator, friction and
-    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation. On
-    a straight line the torques' sum drives and their difference steers. Torque limits, noise and
-    disturbance are left out.
+    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation, or
+    the filters that the tracking law is near a straight line. There the torques' sum drives and
+    their difference steers. Torque limits, noise and disturbance are left out.
 
     Parameters
     ----------
@@ -396,7 +444,8 @@ def margins(
     Raises
     ------
     ValueError
-        If the speed is out of range, or the controller's memory beyond 1024 samples.
+        If the speed is out of range, the controller's memory beyond 1024 samples, or its law one
+        with some parts of the tracking law and not its speed errors.
 
     Examples
     --------
@@ -408,13 +457,13 @@ def margins(
     scenario = scenario_or_published(scenario)
     controller = controller_or_published(controller, scenario)
     short_memory(controller)
-    no_tracking_law(controller)
     speed = real_number(
         "speed", scenario.trajectory.peak_speed if speed is None else speed, -1e3, 1e3, " m/s"
     )
     if speed == 0:
         raise ValueError("speed is 0.0; must be in [-1000, 1000] m/s and not 0")
-    linear = _Linear(scenario, controller, speed)
+    law = _LinearTracking if controller.uses_tracking_law else _Linear
+    linear = law(scenario, controller, speed)
     poles = linear.poles()
     if not abs(poles[0]) < 1:
         none = LoopMargins((_NAN, _NAN), _NAN, _NAN, _NAN, _NAN)
