@@ -188,6 +188,15 @@ py::array taps(const PyController& self) {
   return read_only(std::move(table));
 }
 
+py::dict parameters_of_law(const PyController& self) {
+  py::dict result;
+  if (!self.settings.needs_tracking_law()) return result;
+  const LawParameters<double> law = law_parameters<double>(self.settings);
+  const char* const* name = LawParameters<double>::names;
+  LawParameters<double>::each(law, [&](double number) { result[*name++] = number; });
+  return result;
+}
+
 py::tuple step(PyController& self, const py::object& measured_numbers,
                const py::object& reference_numbers, double torque_limit) {
   const std::string callable = "Controller.step";
@@ -371,6 +380,9 @@ void bind_controller(py::module_& module) {
   cls.def_property_readonly(
       "uses_tracking_law", [](const C& self) { return self.settings.needs_tracking_law(); },
       "Whether it has parts that eqs. 30-36 do not have (docs/theory.md).");
+  cls.def_property_readonly("law_parameters", &parameters_of_law,
+                            "dict: what the tracking law has besides its taps, as its step reads "
+                            "it (docs/theory.md); empty\nwithout its parts");
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
   cls.def(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nfopidn._core import Scenario, __version__
+from nfopidn._core import Controller, Scenario, __version__
 from nfopidn.arguments import real_number
+from nfopidn.export import c_tracking
 from nfopidn.export.design import folded, fragment, literal, template
 from nfopidn.export.self_test import self_test_text
 
@@ -29,7 +30,7 @@ def _longest_step(scenario: Scenario, asked: float | None) -> np.float32:
 
 
 def hardware_texts(
-    scenario: Scenario, name: str, longest_step: float | None = None
+    controller: Controller, scenario: Scenario, name: str, longest_step: float | None = None
 ) -> dict[str, str]:
     """Header and source by file."""
     robot, dt = scenario.robot, np.float32(scenario.trajectory.dt)
@@ -37,6 +38,7 @@ def hardware_texts(
     track, radius = np.float32(robot.track_width), np.float32(robot.wheel_radius)
     one, two = np.float32(1), np.float32(2)
     words = {
+        **c_tracking.hardware_words(controller),
         "name": name,
         "name_reset": f"{name}_reset",
         "guard": name.upper(),
