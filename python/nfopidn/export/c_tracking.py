@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from nfopidn._core import Controller
 from nfopidn.export.design import Design, literal, template
+from nfopidn.fractional.tracking import has_drive_and_steering
 
 _ROTATION = """  float cosine, sine;
   cosine_and_sine(measured->theta, &cosine, &sine);
@@ -16,13 +17,6 @@ _DRIVE = ("drive", "steering", "drive_integral", "steering_integral")
 def has_speed_errors(controller: Controller) -> bool:
     """Whether the law differences poses."""
     return controller.net == "speed-errors"
-
-
-def has_pole_and_integral(controller: Controller) -> bool:
-    """Whether drive and steering are states: as the core has it, with these two settings."""
-    allocation = controller.allocation
-    decoupled = isinstance(allocation, str) and allocation == "decoupled"
-    return decoupled and controller.form == "positional"
 
 
 def functions(controller: Controller) -> list[str]:
@@ -44,7 +38,7 @@ def lateral_schedule(design: Design) -> str:
 
 
 def _at_rest(controller: Controller, begin: str) -> str:
-    if not has_pole_and_integral(controller):
+    if not has_drive_and_steering(controller):
         return ""
     return "".join(f"  {begin}{name} = 0.0F;\n" for name in _DRIVE)
 
@@ -56,7 +50,7 @@ def law_words(controller: Controller, name: str) -> dict[str, str]:
         return words
     memory = [f"  {name}_pose error;      /* the last, x and y in the frame of the filters */"]
     forget = [f"  state->error.{name} = 0.0F;" for name in ("x", "y", "theta")]
-    if has_pole_and_integral(controller):
+    if has_drive_and_steering(controller):
         memory += [
             "  float drive;             /* of both wheels, after the pole [N m] */",
             "  float steering;          /* of the wheels' difference [N m] */",
@@ -112,7 +106,7 @@ def step_text(controller: Controller, design: Design, words: dict[str, str]) -> 
             else "  state->error.x = world_x;\n  state->error.y = world_y;"
         )
         own["respond"] = "  return respond(state, state->error.x, error_theta, reference);"
-    if has_pole_and_integral(controller):
+    if has_drive_and_steering(controller):
         output = template("drive_and_steering.c").substitute(numbers).rstrip("\n")
     else:
         output = f"{words['allocation']}\n{words['form']}"

@@ -11,10 +11,10 @@ from nfopidn import _core
 from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import (
     controller_or_published,
-    no_tracking_law,
     real_number,
     scenario_or_published,
 )
+from nfopidn.fractional.tracking import has_drive_and_steering, net_taps, schedule
 from nfopidn.stability.loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability.pole_map import short_memory
 
@@ -142,8 +142,16 @@ class _Linear:
         slope = 1.0 if controller.activation == "linear" else 0.5
         scale = controller.speed_scale or max(scenario.trajectory.peak_speed, 1e-9)
         lateral = {"plain": 1.0, "direction": np.sign(speed), "speed": speed / scale}
-        self.taps = controller.taps * slope
+        lateral["scheduled"] = schedule(controller, speed)
+        self.taps = net_taps(controller) * slope
         self.taps[1] *= lateral[controller.lateral]
+        self.tracks = has_drive_and_steering(controller)
+        self.poles_of_law = np.array([controller.pole_x, controller.pole_theta])
+        self.integrals = np.array(
+            [controller.integral_x, controller.integral_y, controller.integral_theta]
+        )
+        self.integrals[1] *= lateral[controller.lateral]
+        self.retention = controller.integral_retention
         named = {"paper": [[0, 1, 1], [1, 1, 0]], "decoupled": [[1, 1, 1], [1, -1, -1]]}
         allocation = controller.allocation
         rows = named[allocation] if isinstance(allocation, str) else allocation
@@ -159,7 +167,18 @@ class _Linear:
         plant = polynomial.polyval(y, np.moveaxis(motion, 2, 0)) / polynomial.polyval(
             y, determinant
         )
-        filters = power_sums(self.taps, w) * w**self.delay
+        filters = power_sums(self.taps, w)
+        if self.tracks:
+            filters = filters / (1 + self.poles_of_law[_LOOP_OF, None] * w)
+            # 1 - retention / z, to all digits where it is 1 and the frequency low.
+            leak = (1 - self.retention) + self.retention * w * y
+            filters = filters + np.divide(
+                self.integrals[:, None],
+                leak,
+                where=self.integrals[:, None] != 0,
+                out=np.zeros_like(filters),
+            )
+        filters = filters * w**self.delay
         if self.sums:
             filters = filters / (w * y)  # z / (z - 1)
         law = self.allocation * filters.T[:, None, :]
@@ -172,8 +191,8 @@ class _Linear:
     def poles(self) -> Complex:
         """Return the closed loop's poles: eigenvalues of the whole map at rest."""
         memory = self.taps.shape[1] - 1
-        size = 5 + 3 * memory + 2 * self.sums + 2 * self.delay
-        poles = self._roots(size) if size > _FEW_STATES else None
+        size = 5 + 3 * memory + 2 * self.sums + 4 * self.tracks + 2 * self.delay
+        poles = self._roots(size) if size > _FEW_STATES and not self.tracks else None
         if poles is None:
             poles = np.linalg.eigvals(self._map(memory, size)).astype(np.complex128)
         return poles[np.argsort(-np.abs(poles))]
@@ -189,13 +208,18 @@ class _Linear:
 
     def _map(self, memory: int, size: int) -> Array:
         """Return the whole map at rest: robot, past errors, last torques, torques on their way."""
-        past, sums, line = 5, 5 + 3 * memory, 5 + 3 * memory + 2 * self.sums
-        torque = np.zeros((2, size))
-        torque[:, :5] = self.allocation @ (self.taps[:, :1] * self.ERRORS)
+        past, sums = 5, 5 + 3 * memory
+        line = sums + 2 * self.sums + 4 * self.tracks
+        outputs = np.zeros((3, size))  # of the neurons
+        outputs[:, :5] = self.taps[:, :1] * self.ERRORS
         for channel in range(3):
             columns = past + channel * memory + np.arange(memory)
-            torque[:, columns] = np.outer(self.allocation[:, channel], self.taps[channel, 1:])
+            outputs[channel, columns] = self.taps[channel, 1:]
         step = np.zeros((size, size))
+        if self.tracks:
+            torque = self._drive_and_steering(outputs, step, sums)
+        else:
+            torque = self.allocation @ outputs
         for channel in range(3):
             first = past + channel * memory
             step[first, :5] = self.ERRORS[channel]
@@ -213,7 +237,23 @@ class _Linear:
         step[:5] += self.input @ applied
         return step
 
+    def _drive_and_steering(self, outputs: Array, step: Array, first: int) -> Array:
+        """Write the rows of drive, steering and their integrals; return the torques'."""
+        states = np.zeros((4, outputs.shape[1]))
+        np.add.at(states, _LOOP_OF, outputs)
+        sums = np.zeros((3, outputs.shape[1]))
+        sums[:, :5] = self.integrals[:, None] * self.ERRORS
+        np.add.at(states, 2 + _LOOP_OF, sums)
+        used = [self.integrals[0] != 0, np.any(self.integrals[1:] != 0)]
+        keeps = np.append(-self.poles_of_law, self.retention * np.array(used))
+        states[:, first : first + 4] += np.diag(keeps)
+        step[first : first + 4] = states
+        drive, steering = states[0] + states[2], states[1] + states[3]
+        return np.array([drive + steering, drive - steering])
 
+
+#: Which loop a channel belongs to with the tracking law's pole: y and theta steer.
+_LOOP_OF = np.array([0, 1, 1])
 #: The torques' sum and difference.
 _TO_LOOPS = np.array([[1.0, 1.0], [1.0, -1.0]])
 
@@ -372,7 +412,8 @@ def margins(
     """Return the margins of the loop that drives straight on at a speed.
 
     The robot's motion over one sample is linearised with the scenario's integrator, friction and
-    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation. On
+    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation, and
+    with the tracking law speed errors, schedule, poles and integral states within their limit. On
     a straight line the torques' sum drives and their difference steers. Torque limits, noise and
     disturbance are left out.
 
@@ -406,7 +447,6 @@ def margins(
     scenario = scenario_or_published(scenario)
     controller = controller_or_published(controller, scenario)
     short_memory(controller)
-    no_tracking_law(controller)
     speed = real_number(
         "speed", scenario.trajectory.peak_speed if speed is None else speed, -1e3, 1e3, " m/s"
     )
