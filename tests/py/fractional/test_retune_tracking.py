@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from nfopidn import Controller, Scenario, Trajectory, simulate
-from nfopidn.fractional import retune
+from nfopidn.fractional import retune, truncation_report
 
 BASE = Controller.recommended()
 ALONG, ASIDE, TURNED = range(3)
@@ -117,3 +117,33 @@ def test_other_forms_keep_their_torque(form, net):
     before, after = (torque_of_sine(one, ASIDE, 0.2) for one in (base, changed))
     assert abs(after / before - 1) < 0.06
     assert changed.amplitude_y == (0.25 if form == "incremental" else 0.5)
+
+
+def test_the_truncation_report_knows_the_speed_errors():
+    """Of a filter run on a sine, at both ends of a band."""
+    dt, band = 0.2, (0.3, 1.2)
+    controller = BASE.replace(memory=30)
+    report = truncation_report(controller, band=band)
+    assert [(error.channel, error.order) for error in report.errors] == [
+        ("x", pytest.approx(BASE.speed_order_x - 1)),
+        ("theta", pytest.approx(BASE.speed_order_theta - 1)),
+    ]
+    assert "s^(alpha - 1) of the speed error" in str(report)
+    for error, channel in zip(report.errors, (0, 2), strict=True):
+        taps = controller.taps[channel] / controller.taps[channel, 0]
+        ratios = [
+            np.polynomial.polynomial.polyval(np.exp(-1j * omega * dt), taps)
+            / (1j * omega * dt) ** error.order
+            for omega in np.geomspace(*band, 400)
+        ]
+        assert error.magnitude == pytest.approx(np.abs(np.abs(ratios) - 1).max(), rel=1e-6)
+        assert error.phase == pytest.approx(np.abs(np.angle(ratios, deg=True)).max(), rel=1e-6)
+    lateral = Controller.published(net="whole", memory=200, generator="gl", sample_time=dt)
+    gains = lateral.gains.copy()
+    gains[0, 1] = gains[2, 2] = 0
+    names = [
+        (error.channel, error.operator)
+        for error in truncation_report(lateral.replace(gains=gains)).errors
+    ]
+    both = ("s^alpha", "s^-sigma")
+    assert names == [("x", both[0]), ("y", both[0]), ("y", both[1]), ("theta", both[1])]
