@@ -6,6 +6,7 @@ import warnings
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from nfopidn._core import Controller
@@ -46,21 +47,35 @@ def schedule(controller: Controller, speed: float) -> float:
     return float(speed * square ** (-controller.lateral_power / 2))
 
 
-def response(controller: Controller, w: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Return each channel's net for an error, (3, n), w being exp(-i omega T).
+def rational(controller: Controller) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Return each channel's filter from error to net, numerator and denominator in powers of 1/z.
 
     Pole and integral states stand in it as what a net would do as much. The lateral error is that
     after its schedule.
     """
     # Of a neuron at 0, whatever its amplitude: O = S tanh(net / (2 S)).
     slope = 1.0 if controller.activation == "linear" else 0.5
-    rows = np.array([np.polynomial.polynomial.polyval(w, taps) for taps in net_taps(controller)])
-    for channel, name in enumerate(_CHANNELS):
+    found = []
+    for name, pole_name, taps in zip(_CHANNELS, _POLES, net_taps(controller), strict=True):
         integral = getattr(controller, f"integral_{name}") / slope
-        rows[channel] /= 1 + getattr(controller, _POLES[channel]) * w
+        pole = np.array([1.0, getattr(controller, pole_name)])
+        leak = np.array([1.0, -controller.integral_retention])
+        numerator, denominator = taps, np.trim_zeros(pole, "b")
         if integral != 0:
-            rows[channel] += integral / (1 - controller.integral_retention * w)
-    return rows
+            numerator = polynomial.polyadd(polynomial.polymul(taps, leak), integral * pole)
+            denominator = polynomial.polymul(denominator, leak)
+        found.append((np.asarray(numerator), np.asarray(denominator)))
+    return found
+
+
+def response(controller: Controller, w: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return what those filters do, (3, n), w being exp(-i omega T)."""
+    return np.array(
+        [
+            polynomial.polyval(w, numerator) / polynomial.polyval(w, denominator)
+            for numerator, denominator in rational(controller)
+        ]
+    )
 
 
 def _derivative(controller: Controller, channel: str, omega: NDArray[np.float64], dt: float) -> Any:
@@ -70,7 +85,7 @@ def _derivative(controller: Controller, channel: str, omega: NDArray[np.float64]
     weights = np.ones(int(controller.memory) + 2)
     for j in range(1, len(weights)):
         weights[j] = weights[j - 1] * (j - 1 - order) / j
-    return np.abs((1 - w) * np.polynomial.polynomial.polyval(w, weights))
+    return np.abs((1 - w) * polynomial.polyval(w, weights))
 
 
 def _pole(name: str, value: float, ratio: float) -> float:

@@ -25,7 +25,7 @@ class OperatorError:
     channel
         "x", "y", "theta", or "all"
     operator
-        "s^alpha" or "s^-sigma"; "s^(alpha - 1) of the speed error" with net "speed-errors"
+        "s^alpha" or "s^-sigma"; "gl s^(alpha - 1) of the speed error" with net "speed-errors"
     order
         alpha, -sigma or alpha - 1
     magnitude
@@ -186,6 +186,6 @@ def _of_whole_nets(
             found.append(_Operator(channel, "s^-sigma", -sigma, rule, -sigma, last))
         if controller.net == "speed-errors" and channel != "y":
             order = getattr(controller, f"speed_order_{channel}") - 1
-            name = "s^(alpha - 1) of the speed error"
+            name = "gl s^(alpha - 1) of the speed error"
             found.append(_Operator(channel, name, order, "gl", order, last))
     return found

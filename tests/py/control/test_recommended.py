@@ -2,6 +2,7 @@
 
 import json
 import math
+import subprocess
 import warnings
 
 import numpy as np
@@ -194,3 +195,17 @@ def test_a_search_within_the_scaled_box_suits_the_ordinary_robot():
     root_mean_square = [np.sqrt(np.mean(error**2)) for error in position]
     assert slow.diverged_at is None
     assert root_mean_square[1] < 0.02 < 0.2 * root_mean_square[0]
+
+
+def test_the_executable_says_so_too(executable, tmp_path):
+    file = tmp_path / "controller.json"
+    Controller.recommended().save(file)
+
+    def words(*options):
+        command = [executable, "--controller", file, "--traj", "circle", "--period", "10", *options]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        return done.stderr
+
+    assert "another robot" not in words("--mass", "13.8")
+    assert "made for another robot: its mass is 11.5 kg, the scenario's 20" in words("--mass", "20")
+    assert words("--mass", "20", "--quiet") == ""

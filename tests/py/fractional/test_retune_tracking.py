@@ -128,7 +128,7 @@ def test_the_truncation_report_knows_the_speed_errors():
         ("x", pytest.approx(BASE.speed_order_x - 1)),
         ("theta", pytest.approx(BASE.speed_order_theta - 1)),
     ]
-    assert "s^(alpha - 1) of the speed error" in str(report)
+    assert "gl s^(alpha - 1) of the speed error" in str(report)
     for error, channel in zip(report.errors, (0, 2), strict=True):
         taps = controller.taps[channel] / controller.taps[channel, 0]
         ratios = [
