@@ -374,8 +374,10 @@ Outcome build_controller(const Arguments& arguments, const Scenario& scenario,
 }
 
 // Which of the controller's numbers --tune searches for.
-Structure structure_to_tune(const Arguments& arguments, const ControllerDesign& design) {
+Structure structure_to_tune(const Arguments& arguments, const Scenario& scenario,
+                            const ControllerDesign& design) {
   Structure structure = {design, parameter_set_of(design)};
+  structure.scale = tracking_scale(scenario);
   if (structure.parameters == ParameterSet::taps) return structure;
   if (arguments.structure == "extended") structure.parameters = ParameterSet::orders_by_channel;
   if (arguments.structure == "taps") {
@@ -387,8 +389,9 @@ Structure structure_to_tune(const Arguments& arguments, const ControllerDesign& 
 }
 
 // A file's controller must lie where the search looks.
-Outcome check_start(const Arguments& arguments, const ControllerDesign& design) {
-  const Structure structure = structure_to_tune(arguments, design);
+Outcome check_start(const Arguments& arguments, const Scenario& scenario,
+                    const ControllerDesign& design) {
+  const Structure structure = structure_to_tune(arguments, scenario, design);
   const std::vector<double> start = parameters_of(structure.parameters, design);
   const std::vector<ParameterBounds> bounds = default_bounds(structure);
   for (std::size_t i = 0; i < bounds.size(); ++i) {
@@ -456,7 +459,7 @@ class StopRequests {
 // was found before an interruption.
 bool tune_design(const Arguments& arguments, const MethodOptions& method, const Scenario& scenario,
                  ControllerDesign& design) {
-  const Structure structure = structure_to_tune(arguments, design);
+  const Structure structure = structure_to_tune(arguments, scenario, design);
   TuningTask task;
   task.scenarios = {&scenario};
   task.structure = structure;
@@ -479,6 +482,7 @@ bool tune_design(const Arguments& arguments, const MethodOptions& method, const 
   if (found.x.size() == 0) return false;
   design = design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
   design.sample_time = scenario.trajectory.dt();
+  if (structure.parameters == ParameterSet::tracking) design.robot = scenario.robot;
   return true;
 }
 
@@ -602,7 +606,7 @@ int run(const Arguments& arguments) {
   if (Outcome outcome = build_controller(arguments, scenario, design); !outcome)
     return fail(outcome);
   if (arguments.tune && !arguments.controller_file.empty()) {
-    if (Outcome outcome = check_start(arguments, design); !outcome) return fail(outcome);
+    if (Outcome outcome = check_start(arguments, scenario, design); !outcome) return fail(outcome);
   }
   MethodOptions method;
   if (Outcome outcome = read_method(arguments, method); !outcome) return fail(outcome);
@@ -617,6 +621,8 @@ int run(const Arguments& arguments) {
     for (const std::string& note : scenario.trajectory.notes) {
       std::cerr << "nfopidn_sim: " << printable(note) << "\n";
     }
+    const std::string other = arguments.tune ? "" : explain_robot(design, scenario.robot);
+    if (!other.empty()) std::cerr << "nfopidn_sim: " << other << "\n";
   }
   if (arguments.tune && !tune_design(arguments, method, scenario, design)) return exit_interrupted;
   requests.reset();

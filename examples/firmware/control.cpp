@@ -1,38 +1,29 @@
 #include "control.hpp"
 
-#ifndef CONTROL_MEMORY
-#define CONTROL_MEMORY 5
-#endif
+#include "settings.hpp"
 
 namespace {
 
 using namespace nfopidn;
 
-constexpr int memory = CONTROL_MEMORY;
-#ifdef CONTROL_LINEAR
-constexpr Activation activation = Activation::linear;
-#else
-constexpr Activation activation = Activation::sigmoid;
-#endif
+constexpr ControllerSettings<float> settings = control_settings<float>();
 #ifdef CONTROL_ANY_STRUCTURE
 using Structure = RuntimeVariant<float>;
 #else
-using Structure = FixedVariant<float, Form::positional, AllocationKind::paper, Lateral::direction,
-                               AntiWindup::none, activation>;
+using Fixed = FixedVariant<float, settings.form, settings.allocation.kind(), settings.lateral,
+                           settings.anti_windup, settings.activation>;
+#ifdef CONTROL_TRACKING
+using Structure = FixedTrackingVariant<float, Fixed>;
+#else
+using Structure = Fixed;
 #endif
-using Law = Controller<float, Fir<float, memory + 2>, Structure>;
-
-constexpr ControllerSettings<float> settings() {
-  ControllerSettings<float> chosen;  // the paper's gains and orders
-  chosen.memory = memory;
-  chosen.activation = activation;
-  return chosen;
-}
+#endif
+using Law = Controller<float, Fir<float, settings.memory + 2>, Structure>;
 
 // Designed by the compiler: the arithmetic of the weights takes no room in flash.
 struct Design {
   Law law;
-  Status status = law.configure(settings());
+  Status status = law.configure(settings);
 };
 constexpr Design design;
 static_assert(design.status == Status::ok);

@@ -9,16 +9,17 @@
 
 #include "nfopidn/simulation/simulate.hpp"
 #include "sample.hpp"
+#include "settings.hpp"
 
 namespace {
 
 using namespace nfopidn;
-using SampleList = std::vector<Sample>;
+using Recording = std::vector<Sample>;
 using Pairs = std::vector<TorquePair<double>>;
-using DoubleLaw = Controller<double, Fir<double, 7>>;
+using DoubleLaw = Controller<double, Fir<double, 7>, TrackingVariant<double>>;
 
 struct Run {
-  SampleList samples;
+  Recording samples;
   Pairs torques;
 };
 
@@ -27,7 +28,7 @@ Run published_run() {
   const PreparedRun run = prepare(scenario);
   Run result;
   DoubleLaw law;
-  law.configure({}, run.limits);
+  law.configure(control_settings<double>(), run.limits);
   const auto f = [](double value) { return static_cast<float>(value); };
   run_closed_loop<double>(
       run.plant, law, run.start, run.inputs(),
@@ -42,8 +43,8 @@ Run published_run() {
 }
 
 // Errors of all sizes, headings far out and torques beyond the limit: every branch of the step.
-SampleList stress_samples() {
-  SampleList samples;
+Recording stress_samples() {
+  Recording samples;
   Random random(1);
   const auto draw = [&](double size) {
     return static_cast<float>(size * (2 * random.uniform() - 1));
@@ -57,7 +58,7 @@ SampleList stress_samples() {
   return samples;
 }
 
-void write_samples(std::FILE* file, const char* name, const SampleList& samples) {
+void write_samples(std::FILE* file, const char* name, const Recording& samples) {
   std::fprintf(file, "inline constexpr Sample %s[] = {\n", name);
   for (const Sample& s : samples) {
     const Pose& m = s.measured;
@@ -69,10 +70,10 @@ void write_samples(std::FILE* file, const char* name, const SampleList& samples)
   std::fprintf(file, "};\n");
 }
 
-void write_torques(std::FILE* file, const char* name, const SampleList& samples, const Pairs& run) {
+void write_torques(std::FILE* file, const char* name, const Recording& samples, const Pairs& run) {
   control_reset();
   DoubleLaw law;
-  law.configure({});
+  law.configure(control_settings<double>());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const Pose& m = samples[k].measured;
     const Reference& r = samples[k].reference;
@@ -97,7 +98,7 @@ int main(int count, char** words) {
   }
   const std::string directory = words[1];
   const Run run = published_run();
-  const SampleList stress = stress_samples();
+  const Recording stress = stress_samples();
 
   std::FILE* header = std::fopen((directory + "/recording.hpp").c_str(), "w");
   std::FILE* table = std::fopen((directory + "/torques.csv").c_str(), "w");

@@ -15,6 +15,7 @@ import re
 import struct
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 MEMORY = 5
 TICK = 40  # instructions: SysTick runs at 25 MHz, an instruction takes 1 ns with shift=0
-VARIANTS = ("firmware", "firmware_any", "firmware_tap", "firmware_linear")
+VARIANTS = ("firmware", "firmware_any", "firmware_tap", "firmware_linear", "firmware_tracking")
+LAWS = {"paper": "firmware", "tracking": "firmware_tracking"}
 FORBIDDEN = re.compile(
     r"malloc|calloc|realloc|\bfree\b|_Zn[wa]|_Zd[la]|__cxa|__gxx|_Unwind|__aeabi_unwind|__aeabi_d"
     r"|__aeabi_[a-z0-9]*2d\b|__gnu_d|_ZTI|_ZSt"
@@ -37,6 +39,13 @@ BARS = (
     ("error_step", 1e-6, "N m, float from double for the same inputs"),
     ("bits_differ", 0, "torques whose bits differ between board and host"),
     ("symbols", 0, "forbidden symbols in the control object"),
+    ("tracking_instructions_worst", 520, "instructions, worst step of the tracking law"),
+    ("tracking_flash_step", 2300, "bytes of flash for it"),
+    ("tracking_ram_all", 320, "bytes of RAM for it in all"),
+    ("tracking_error_run", 1e-4, "N m, float from double over the whole run"),
+    ("tracking_error_step", 1e-6, "N m, float from double for the same inputs"),
+    ("tracking_bits_differ", 0, "torques whose bits differ between board and host"),
+    ("tracking_symbols", 0, "forbidden symbols in its control object"),
 )
 
 
@@ -56,10 +65,11 @@ def build(directory: Path) -> None:
     common = ["-S", HERE, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"]
     host, board = directory / "host", directory / "board"
     output("cmake", *common, "-B", host)
-    output("cmake", "--build", host, "--target", "record")
+    output("cmake", "--build", host, "--target", *(f"record_{law}" for law in LAWS))
     recording = directory / "recording"
-    recording.mkdir(exist_ok=True)
-    output(host / "record", recording)
+    for law in LAWS:
+        (recording / law).mkdir(parents=True, exist_ok=True)
+        output(host / f"record_{law}", recording / law)
     output(
         *("cmake", *common, "-B", board, f"-DNFOPIDN_RECORDING={recording}"),
         f"-DCMAKE_TOOLCHAIN_FILE={HERE / 'cortex-m4f.cmake'}",
@@ -92,12 +102,20 @@ def symbols(path: Path) -> dict[str, tuple[int, int]]:
     return found
 
 
-def count_instructions(program: Path, scratch: Path) -> list[int]:
+def step_functions(unit: Path) -> dict[str, int]:
+    """Sizes of the control step and of what of its object it calls."""
+    code = re.findall(r"\w+ (\w+) [TtW] ([^(\n]+)", output("arm-none-eabi-nm", "-SC", unit))
+    return {name: int(size, 16) for size, name in code if name != "control_reset"}
+
+
+def count_instructions(program: Path, functions: Iterable[str], scratch: Path) -> list[int]:
     """Instructions of each control step, first to last: one translated block each, each logged."""
-    begin, size = symbols(program)["control_step"]
+    table = symbols(program)
+    begin, _ = table["control_step"]
+    ranges = (f"{table[name][0] & ~1:#x}+{table[name][1]:#x}" for name in functions)
     emulate(
         *(program, "-singlestep", "-d", "exec,nochain", "-D", scratch),
-        *("-dfilter", f"{begin & ~1:#x}+{size:#x}"),
+        *("-dfilter", ",".join(ranges)),
     )
     counts: list[int] = []
     with scratch.open() as lines:
@@ -137,20 +155,45 @@ def compare_torques(lines: list[str], expected: list[dict[str, str]]) -> dict[st
     }
 
 
-def measure(directory: Path) -> dict[str, Any]:
-    """Every figure of the report."""
-    board = directory / "board"
-    with (directory / "recording" / "torques.csv").open() as rows:
+def run_law(directory: Path, law: str) -> tuple[dict[str, Any], int]:
+    """Torques of a law's program against the host's, and how many steps the recorded run has."""
+    with (directory / "recording" / law / "torques.csv").open() as rows:
         expected = list(csv.DictReader(rows))
-    recorded = sum(row["run"] == "recorded" for row in expected)
-
-    *lines, last = emulate(board / "firmware.elf", "-icount", "shift=0")
+    program = directory / "board" / f"{LAWS[law]}.elf"
+    *lines, last = emulate(program, "-icount", "shift=0")
     report = compare_torques(lines, expected)
     ticks, samples = (int(word, 16) for word in last.split()[1:])
     report["instructions_by_icount"] = ticks * TICK / samples  # with the call and the loop
+    return report, sum(row["run"] == "recorded" for row in expected)
 
+
+def undefined_symbols(unit: Path) -> list[str]:
+    """Names that an object file takes from elsewhere."""
+    return output("arm-none-eabi-nm", "-u", unit).split()[1::2]
+
+
+def forbidden(names: list[str]) -> int:
+    """How many of them a control step must not need."""
+    return sum(bool(FORBIDDEN.search(name)) for name in names)
+
+
+def stack_of(unit: Path) -> dict[str, int]:
+    """Stack of each control function [bytes]."""
+    usage = next(unit.parent.glob("control.cpp*.su")).read_text()
+    rows = [line.split("\t") for line in usage.splitlines()]
+    name = re.compile(r".*?(control_\w+|(?<=:)log)\(.*")
+    return {name.sub(r"\1", function): int(size) for function, size, *_ in rows}
+
+
+def measure(directory: Path) -> dict[str, Any]:
+    """Every figure of the report."""
+    board = directory / "board"
+    report, recorded = run_law(directory, "paper")
+    tracking, _ = run_law(directory, "tracking")
+
+    code = {name: step_functions(control_object(board, name)) for name in VARIANTS}
     counts = {
-        name: count_instructions(board / f"{name}.elf", directory / "trace.log")
+        name: count_instructions(board / f"{name}.elf", code[name], directory / "trace.log")
         for name in VARIANTS
     }
     main = counts["firmware"]
@@ -169,7 +212,7 @@ def measure(directory: Path) -> dict[str, Any]:
     step, law = {}, {}
     for name in VARIANTS:
         table = symbols(control_object(board, name))
-        step[name] = table["control_step"][1]
+        step[name] = sum(code[name].values())
         law[name] = table["(anonymous namespace)::law"][1]
     report["flash_step"] = step["firmware"]
     report["flash_any_structure"] = step["firmware_any"]
@@ -180,16 +223,22 @@ def measure(directory: Path) -> dict[str, Any]:
     report["ram_memory"] = 4 * (3 * (MEMORY + 2) + 3 * (MEMORY + 1) + 2)
 
     unit = control_object(board, "firmware")
-    undefined = output("arm-none-eabi-nm", "-u", unit).split()[1::2]
-    report["undefined"] = undefined
-    report["symbols"] = sum(bool(FORBIDDEN.search(name)) for name in undefined)
+    report["undefined"] = undefined_symbols(unit)
+    report["symbols"] = forbidden(report["undefined"])
     report["size"] = output("arm-none-eabi-size", unit).splitlines()[-1].split()[:3]
-    usage = next(unit.parent.glob("control.cpp*.su")).read_text()
-    report["stack"] = {
-        re.sub(r".*?(control_\w+).*", r"\1", line.split("\t")[0]): int(line.split("\t")[1])
-        for line in usage.splitlines()
-    }
-    return report
+    report["stack"] = stack_of(unit)
+
+    counted = counts["firmware_tracking"]
+    tracking["instructions_worst"] = max(counted)
+    tracking["instructions_worst_recorded"] = max(counted[:recorded])
+    tracking["instructions_mean_recorded"] = sum(counted[:recorded]) / recorded
+    tracking["flash_step"] = step["firmware_tracking"]
+    tracking["ram_all"] = law["firmware_tracking"]
+    unit = control_object(board, "firmware_tracking")
+    tracking["undefined"] = undefined_symbols(unit)
+    tracking["symbols"] = forbidden(tracking["undefined"])
+    tracking["stack"] = stack_of(unit)
+    return report | {f"tracking_{name}": value for name, value in tracking.items()}
 
 
 def show(report: dict[str, Any]) -> bool:

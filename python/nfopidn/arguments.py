@@ -170,18 +170,3 @@ def no_rival(controller: Any) -> Controller:
     if not isinstance(controller, Controller):
         raise ValueError(f"controller is {controller!r}; must be a Controller")
     return controller
-
-
-def no_tracking_law(controller: Controller) -> None:
-    """Refuse a controller whose law is more than filters of the error, which this is about.
-
-    Raises
-    ------
-    ValueError
-        It has parts of the tracking law (docs/theory.md).
-    """
-    if controller.uses_tracking_law:
-        raise ValueError(
-            "the controller has parts of the tracking law (net, amplitudes, pole, integral states "
-            "or a scheduled lateral error); this is for filters of the error alone"
-        )

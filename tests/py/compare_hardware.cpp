@@ -42,6 +42,12 @@ class Subject {
   int differ_ = 0;
 };
 
+#ifdef READS_TURN_RATE
+constexpr bool reads_turn_rate = true;  // as a law with speed errors does
+#else
+constexpr bool reads_turn_rate = false;
+#endif
+
 float bad_number() {
   constexpr float choices[] = {std::numeric_limits<float>::quiet_NaN(),
                                std::numeric_limits<float>::infinity(), -1e30F, 1.1e6F};
@@ -60,13 +66,17 @@ struct Sample {
     reference = {draw(size), draw(size), draw(3 * size), draw(1),
                  draw(1),    draw(0.5F), draw(0.5F),     chance(50)};
     if (bad) {
-      float* const numbers[] = {&measured.x,  &measured.y,         &measured.theta,
-                                &reference.x, &reference.y,        &reference.theta,
-                                &reference.v, &reference.tau_left, &reference.tau_right};
-      *numbers[engine() % 9] = bad_number();
+      float* const numbers[] = {&measured.x,     &measured.y,         &measured.theta,
+                                &reference.x,    &reference.y,        &reference.theta,
+                                &reference.v,    &reference.tau_left, &reference.tau_right,
+                                &reference.omega};
+      *numbers[engine() % (reads_turn_rate ? 10 : 9)] = bad_number();
     }
     pose = {measured.x, measured.y, measured.theta};
     wanted = {reference.x,        reference.y,         reference.theta,  reference.v,
+#ifdef READS_TURN_RATE
+              reference.omega,
+#endif
               reference.tau_left, reference.tau_right, reference.reverse};
   }
 };

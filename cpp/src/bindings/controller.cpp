@@ -177,6 +177,42 @@ PyController from_taps(const py::object& taps, const py::kwargs& structure) {
   return PyController(design);
 }
 
+// Settings changed, and the robot.
+PyController replaced(const PyController& self, const py::kwargs& changes) {
+  const std::string callable = "Controller.replace";
+  std::vector<std::string> names = settings_but({});
+  names.emplace_back("robot");
+  const py::dict arguments = bind_arguments(callable, names, py::args(), changes);
+  ControllerDesign design = self.settings;
+  if (arguments.contains("robot")) {
+    const py::object robot = arguments.attr("pop")("robot");
+    if (!robot.is_none() && !py::isinstance<Robot<double>>(robot)) {
+      throw py::type_error(callable + ": robot must be a Robot or None");
+    }
+    design.robot.reset();
+    if (!robot.is_none()) design.robot = robot.cast<const Robot<double>&>();
+  }
+  return PyController(changed(callable, design, arguments));
+}
+
+// A positive number of TrackingScale.
+double scale_number(const char* name, double value, const char* unit) {
+  const Range range = {1e-6, 1e6, false, false};
+  if (!std::isfinite(value) || !range.contains(value)) {
+    raise("Controller.recommended", refuse_number(name, value, range, unit));
+  }
+  return value;
+}
+
+PyController recommended(const Robot<double>& robot, double sample_time, double torque_limit,
+                         double peak_speed) {
+  const TrackingScale scale = {robot, scale_number("sample_time", sample_time, "s"),
+                               scale_number("torque_limit", torque_limit, "N m"),
+                               scale_number("peak_speed", peak_speed, "m/s")};
+  // A robot far from any other may have gains beyond what a controller has.
+  return read_py_controller(write_controller(recommended_tracking(scale)));
+}
+
 py::array taps(const PyController& self) {
   const StandardArithmetic arithmetic;
   if (self.settings.memory.is_infinite()) {
@@ -186,6 +222,15 @@ py::array taps(const PyController& self) {
   py::array_t<double> table({3, self.settings.memory + 2});
   std::copy(all.begin(), all.end(), table.mutable_data());
   return read_only(std::move(table));
+}
+
+py::dict parameters_of_law(const PyController& self) {
+  py::dict result;
+  if (!self.settings.needs_tracking_law()) return result;
+  const LawParameters<double> law = law_parameters<double>(self.settings);
+  const char* const* name = LawParameters<double>::names;
+  LawParameters<double>::each(law, [&](double number) { result[*name++] = number; });
+  return result;
 }
 
 py::tuple step(PyController& self, const py::object& measured_numbers,
@@ -304,6 +349,20 @@ void bind_controller(py::module_& module) {
       "scenario, "
       "E = 0.01722, found by\nnfopidn_sim --tune --structure incremental --tune-seed 1 --maxfev "
       "40000.");
+  const TrackingScale eddie;
+  cls.def_static(
+      "recommended", &recommended, py::arg("robot") = eddie.robot,
+      py::arg("sample_time") = eddie.sample_time, py::arg("torque_limit") = eddie.torque_limit,
+      py::arg("peak_speed") = eddie.peak_speed,
+      "recommended(robot=Robot(), sample_time=0.2, torque_limit=3.078, "
+      "peak_speed=0.3350698998007755)\n--\n\nThe tracking law with gains for a family of robots, "
+      "paths and delays, scaled to a robot (Eddie), a\nsample time [s], a torque limit of each "
+      "wheel [N m] and the path's peak speed [m/s].\n\nA covariance matrix adaptation found them "
+      "for the paper's robot over 132 scenarios, outside this\nrepository: plants, paths and "
+      "speeds, and corners with a delay of one sample. The rules of scaling\nare in "
+      "docs/theory.md: the loop keeps its pace in seconds. tune(structure=\"tracking\") finds "
+      "gains\nfor one robot, which may be faster. The robot stands in the controller's file."
+      "\n\nValueError: a number out of range, or a gain beyond what a controller has.");
   cls.def_static("from_vector", &from_vector, py::arg("x"),
                  "from_vector(x, **structure)\n--\n\nFrom (kp_x, ki_x, kd_x, kp_y, ki_y, kd_y, "
                  "kp_theta, ki_theta, kd_theta, alpha, sigma), or 15\nnumbers that end alpha_x, "
@@ -345,14 +404,16 @@ void bind_controller(py::module_& module) {
               write_file(file_name(path), document_text(write_controller(self.settings))));
       },
       py::arg("path"), "save(self, path)\n--\n\nWrites a controller file (JSON).");
-  cls.def(
-      "replace",
-      [](const C& self, const py::kwargs& changes) {
-        return C(
-            changed("Controller.replace", self.settings,
-                    bind_arguments("Controller.replace", settings_but({}), py::args(), changes)));
+  cls.def("replace", &replaced,
+          "replace(self, **changes)\n--\n\nA copy with some settings changed, at rest; robot: the "
+          "Robot that the gains are made for, or\nNone, not known.");
+  cls.def_property_readonly(
+      "robot",
+      [](const C& self) -> py::object {
+        return self.settings.robot ? py::cast(*self.settings.robot) : py::none();
       },
-      "replace(self, **changes)\n--\n\nA copy with some settings changed, at rest.");
+      "the Robot that the gains are made for, or None: not known. simulate() warns of a scenario's "
+      "that is\noff by over 20 % in mass, inertia, track or wheel radius.");
   add_fields<Settings>(cls, [](const C& self) -> const Settings& { return self.settings; });
   for (const char* name : {"gains", "alpha", "sigma"}) {
     const py::object documented = cls.attr(name).attr("__doc__");
@@ -371,6 +432,9 @@ void bind_controller(py::module_& module) {
   cls.def_property_readonly(
       "uses_tracking_law", [](const C& self) { return self.settings.needs_tracking_law(); },
       "Whether it has parts that eqs. 30-36 do not have (docs/theory.md).");
+  cls.def_property_readonly("law_parameters", &parameters_of_law,
+                            "dict: what the tracking law has besides its taps, as its step reads "
+                            "it (docs/theory.md); empty\nwithout its parts");
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
   cls.def(
@@ -414,9 +478,14 @@ void bind_controller(py::module_& module) {
       "with `state` one that goes on\nfrom the same past errors and torque.");
   cls.def("__repr__", [](const C& self) {
     const std::string changes = arguments_text<Settings>(self.settings, false);
-    if (self.settings.taps.empty()) return "Controller.published(" + changes + ")";
+    std::string robot;
+    if (self.settings.robot) {
+      robot =
+          ".replace(robot=" + py::repr(py::cast(*self.settings.robot)).cast<std::string>() + ")";
+    }
+    if (self.settings.taps.empty()) return "Controller.published(" + changes + ")" + robot;
     return "Controller.from_taps(<3 x " + std::to_string(self.settings.memory + 2) + ">" +
-           (changes.empty() ? "" : ", " + changes) + ")";
+           (changes.empty() ? "" : ", " + changes) + ")" + robot;
   });
   add_value_semantics<C>(
       cls, [](const C& self) { return write_controller(self.settings); }, read_py_controller);

@@ -18,6 +18,13 @@ struct PyResult {
   SimulationResult result;
 };
 
+void warn_of_robot(const ControllerDesign& design, const Robot<double>& robot) {
+  const std::string text = explain_robot(design, robot);
+  if (!text.empty() && PyErr_WarnEx(PyExc_UserWarning, ("simulate: " + text).c_str(), 1) != 0) {
+    throw py::error_already_set();
+  }
+}
+
 PyResult run(const Scenario* scenario, const py::object& controller) {
   PyResult run{scenario != nullptr ? *scenario : Scenario::published(), ControllerDesign{}, {}};
   if (py::isinstance<rivals::RivalDesign>(controller)) {
@@ -25,6 +32,7 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   } else if (py::isinstance<PyController>(controller)) {
     const ControllerDesign& design = controller.cast<const PyController&>().settings;
     check("simulate", explain_sample_time(design, run.scenario.trajectory.dt()));
+    warn_of_robot(design, run.scenario.robot);
     run.driver = design;
   } else if (!controller.is_none()) {
     throw py::type_error("simulate: controller must be a Controller or a Rival, not " +

@@ -375,9 +375,12 @@ py::tuple structure_by_name(const std::string& name) {
 }
 
 std::vector<std::tuple<std::string, double, double>> bounds_of(const PyController& controller,
-                                                               const std::string& parameters) {
+                                                               const std::string& parameters,
+                                                               const Scenario* scenario) {
   std::vector<std::tuple<std::string, double, double>> result;
-  for (const ParameterBounds& b : default_bounds(structure_of(controller, parameters))) {
+  Structure structure = structure_of(controller, parameters);
+  if (scenario != nullptr) structure.scale = tracking_scale(*scenario);
+  for (const ParameterBounds& b : default_bounds(structure)) {
     result.emplace_back(b.name, b.low, b.high);
   }
   return result;
@@ -393,7 +396,9 @@ PyController design(const PyController& controller, const std::string& parameter
     throw py::value_error("x has " + std::to_string(x.size()) + " numbers; must have " +
                           std::to_string(size));
   }
-  return PyController(design_of(structure_of(controller, parameters), free.full(x.data())));
+  ControllerDesign design = design_of(structure_of(controller, parameters), free.full(x.data()));
+  design.robot = controller.settings.robot;
+  return PyController(design);
 }
 
 // The parameters that a controller has in a structure.
@@ -465,7 +470,7 @@ void bind_tuning(py::module_& module) {
       py::arg("path"));
   module.def("structure", &structure_by_name, Computes(), py::arg("name"));
   module.def("parameter_bounds", &bounds_of, Computes(), py::arg("controller"),
-             py::arg("parameters"));
+             py::arg("parameters"), py::arg("scenario") = py::none());
   module.def("design", &design, Computes(), py::arg("controller"), py::arg("parameters"),
              py::arg("source"), py::arg("fixed"), py::arg("x"));
   module.def("parameters", &parameters, Computes(), py::arg("controller"), py::arg("parameters"),

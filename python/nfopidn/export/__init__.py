@@ -14,6 +14,7 @@ from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import check_sample_time, no_rival
 from nfopidn.export.c_hardware import hardware_texts
 from nfopidn.export.c_law import law_texts
+from nfopidn.export.c_tracking import has_speed_errors
 from nfopidn.export.cpp_law import law_text
 from nfopidn.export.design import check_name, design_of, write
 from nfopidn.export.reference import c_reference_texts, warn_of_origin
@@ -107,9 +108,9 @@ def export_c(
     texts = law_texts(controller, scenario, design, name, repeats=hardware)
     if robot is not None:
         check_sample_time(controller, robot)
-        texts |= hardware_texts(robot, name, longest_step, velocity_limits)
+        texts |= hardware_texts(controller, robot, name, longest_step, velocity_limits)
     if path is not None:
-        texts |= c_reference_texts(path, name)
+        texts |= c_reference_texts(path, name, turn_rate=has_speed_errors(controller))
         warn_of_origin(path)
     return write(directory, texts)
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nfopidn._core import Scenario, __version__
+from nfopidn._core import Controller, Scenario, __version__
 from nfopidn.arguments import is_number, real_number, shown
+from nfopidn.export import c_tracking
 from nfopidn.export.design import folded, fragment, literal, template
 from nfopidn.export.self_test import self_test_text
 
@@ -50,6 +51,7 @@ def _velocity_limits(asked: Sequence[float] | None) -> list[np.float32]:
 
 
 def hardware_texts(
+    controller: Controller,
     scenario: Scenario,
     name: str,
     longest_step: float | None = None,
@@ -61,6 +63,7 @@ def hardware_texts(
     track, radius = np.float32(robot.track_width), np.float32(robot.wheel_radius)
     one, two = np.float32(1), np.float32(2)
     words = {
+        **c_tracking.hardware_words(controller),
         "name": name,
         "name_reset": f"{name}_reset",
         "guard": name.upper(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nfopidn._core import Controller, Scenario, __version__
+from nfopidn.export import c_tracking
 from nfopidn.export.design import (
     DECOUPLED,
     PAPER,
@@ -18,7 +19,18 @@ from nfopidn.export.design import (
 from nfopidn.export.self_test import self_test_text
 
 
-def _errors(controller: Controller, design: Design) -> str:
+def _lateral(controller: Controller, design: Design) -> str:
+    if controller.lateral == "scheduled":
+        return c_tracking.lateral_schedule(design)
+    if controller.lateral == "speed":
+        inverse = literal(np.float32(1.0) / design.speed_scale)
+        return f"  lateral = error_y * (reference->v * {inverse});"
+    if controller.lateral == "direction":
+        return "  lateral = reference->reverse ? -error_y : error_y;"
+    return "  lateral = error_y;"
+
+
+def _errors(controller: Controller) -> str:
     lines = []
     if controller.frame == "robot":
         lines += ["  float error_x, error_y, lateral;"]
@@ -28,13 +40,6 @@ def _errors(controller: Controller, design: Design) -> str:
     else:
         lines += ["  const float error_x = world_x;", "  const float error_y = world_y;"]
         lines += ["  float lateral;"]
-    if controller.lateral == "speed":
-        inverse = literal(np.float32(1.0) / design.speed_scale)
-        lines += [f"  lateral = error_y * (reference->v * {inverse});"]
-    elif controller.lateral == "direction":
-        lines += ["  lateral = reference->reverse ? -error_y : error_y;"]
-    else:
-        lines += ["  lateral = error_y;"]
     return "\n".join(lines)
 
 
@@ -58,6 +63,10 @@ def _form(controller: Controller) -> str:
     return "\n".join(lines)
 
 
+def _reads_speed(controller: Controller) -> bool:
+    return controller.lateral in {"speed", "scheduled"} or c_tracking.has_speed_errors(controller)
+
+
 def _functions(controller: Controller) -> str:
     """Texts of the functions that the law calls."""
     robot, sigmoid = controller.frame == "robot", controller.activation == "sigmoid"
@@ -65,9 +74,12 @@ def _functions(controller: Controller) -> str:
     if robot or sigmoid:
         parts.append("bits")
     if robot:
-        parts += ["heading", "rotate"]
+        parts.append("heading")
+        if not c_tracking.has_speed_errors(controller):
+            parts.append("rotate")
     if sigmoid:
         parts.append("sigmoid")
+    parts += c_tracking.functions(controller)
     if controller.form == "incremental":
         parts.append(f"feedback_{controller.anti_windup}")
     return "\n" + "\n".join(fragment(f"{part}.c") for part in parts)
@@ -88,17 +100,26 @@ def law_texts(
         "origin": origin_of(controller, scenario, " * "),
         "count": str(design.taps.shape[1]),
         "limit": literal(design.limit),
-        "speed_note": "" if controller.lateral == "speed" else "; not read",
+        "speed_note": "" if _reads_speed(controller) else "; not read",
         "reverse_note": "" if controller.lateral == "direction" else "; not read",
         "stdint": "\n#include <stdint.h>\n" if robot or sigmoid else "",
         "taps": table(design.taps).removesuffix(","),
         "compiler": template("compiler.c").substitute(name=name),
         "functions": _functions(controller),
-        "errors": _errors(controller, design),
+        "lateral": _lateral(controller, design),
         "neuron": "neuron" if sigmoid else "",
         "allocation": f"  torques.left = {left};\n  torques.right = {right};",
         "form": _form(controller),
     }
+    words |= c_tracking.law_words(controller, name)
+    tracks = controller.uses_tracking_law
+    words["body"] = (
+        c_tracking.step_text(controller, design, words)
+        if tracks
+        else template("step.c").substitute(
+            words, errors=f"{_errors(controller)}\n{words['lateral']}"
+        )
+    )
     words["self_test"] = self_test_text(
         words,
         function=f"{name}_self_test",
@@ -106,10 +127,14 @@ def law_texts(
         heading=robot,
         neuron=sigmoid,
         guard=False,
+        schedule=controller.lateral == "scheduled",
     )
     texts = {}
     for kind in ("h", "c"):
         repeat = template(f"repeat.{kind}").substitute(words) if repeats else ""
-        text = template(f"law.{kind}").substitute(words, repeat=repeat)
+        if repeats and tracks and kind == "c":
+            repeat = c_tracking.repeat_text(controller, name)
+        in_motion = c_tracking.in_motion_text(controller, kind, name)
+        text = template(f"law.{kind}").substitute(words, repeat=repeat, in_motion=in_motion)
         texts[f"{name}.{kind}"] = text
     return texts

@@ -32,11 +32,15 @@ def law_text(
         "activation": f"Activation::{controller.activation}",
         "frame": f"Frame::{controller.frame}",
     }
+    tracks = controller.uses_tracking_law
+    net = f"Net::{controller.net.replace('-', '_')}"
     if kind is None:
         rows = ", ".join(
             "{" + ", ".join(literal(share) for share in row) + "}" for row in design.allocation
         )
         allocation, structure = f"{{{{{rows}}}}}", "nfopidn::RuntimeVariant<float>"
+        if tracks:
+            structure = "nfopidn::TrackingVariant<float>"
     else:
         allocation = f"nfopidn::Allocation<float>::{kind}()"
         words = [choices["form"], f"AllocationKind::{kind}", *list(choices.values())[1:]]
@@ -44,8 +48,14 @@ def law_text(
             f"nfopidn::{word}" for word in words
         )
         structure += ">"
+        if tracks:
+            structure = f"nfopidn::FixedTrackingVariant<float, {structure}, nfopidn::{net}>"
     settings = [f"  chosen.{field} = nfopidn::{value};" for field, value in choices.items()]
     settings.append(f"  chosen.allocation = {allocation};")
+    parameters = ""
+    if tracks:
+        settings.append(f"  chosen.net = nfopidn::{net};")
+        parameters = _parameters(design)
     return template("law.hpp").substitute(
         reference="" if reference is None else cpp_reference_text(reference),
         name=name,
@@ -55,5 +65,20 @@ def law_text(
         structure=structure,
         taps=table(design.taps),
         settings="\n".join(settings),
-        speed_scale=literal(design.speed_scale),
+        limits=_limits(design),
+        parameters=parameters,
+        set_parameters="  law.set_parameters(parameters);\n" if tracks else "",
     )
+
+
+def _limits(design: Design) -> str:
+    numbers = ["torque_limit", literal(design.speed_scale)]
+    if design.sample_time > 0:
+        numbers.append(literal(design.sample_time))
+    return ", ".join(numbers)
+
+
+def _parameters(design: Design) -> str:
+    lines = [f"    {literal(number)},  // {name}" for name, number in design.law.items()]
+    text = "\n".join(lines)
+    return f"\ninline constexpr nfopidn::LawParameters<float> parameters = {{\n{text}\n}};\n"

@@ -44,6 +44,8 @@ class Design(NamedTuple):
     allocation: list[list[float]]
     limit: np.float32
     speed_scale: np.float32
+    law: dict[str, np.float32]  # Controller.law_parameters
+    sample_time: np.float32  # [s], that the tracking law reckons with; 0: it does not
 
 
 def literal(number: float | np.float32) -> str:
@@ -73,12 +75,6 @@ def design_of(controller: Controller, scenario: Scenario | None) -> Design:
             f"memory is {controller.memory:g}; must be in [0, {_LONGEST_MEMORY}] for firmware, "
             "which runs taps alone"
         )
-    if controller.uses_tracking_law:
-        raise ValueError(
-            "the controller has parts of the tracking law (net, amplitudes, pole, integral states "
-            "or a scheduled lateral error), which exports do not write yet; the C++ core runs them "
-            "on a microcontroller as Controller<float, Fir<float, N>, TrackingVariant<float>>"
-        )
     taps = np.asarray(controller.taps)
     with np.errstate(over="ignore"):
         single = taps.astype(np.float32)
@@ -98,7 +94,22 @@ def design_of(controller: Controller, scenario: Scenario | None) -> Design:
     limit = np.float32(3.078 if scenario is None else scenario.torque_limit)
     # As the law in the core: a lesser scale has no inverse in single precision.
     scale = max(scale, LEAST_SPEED_SCALE) if scale > 0.0 else 1.0
-    return Design(single, matrix, limit, np.float32(scale))
+    law = {name: np.float32(number) for name, number in controller.law_parameters.items()}
+    dt = _sample_time(controller, scenario)
+    return Design(single, matrix, limit, np.float32(scale), law, np.float32(dt))
+
+
+def _sample_time(controller: Controller, scenario: Scenario | None) -> float:
+    if controller.net != "speed-errors":
+        return 0.0
+    if controller.sample_time is not None:
+        return controller.sample_time
+    if scenario is None:
+        raise ValueError(
+            'sample_time is unknown, and with net "speed-errors" the law reckons with it; give the '
+            "scenario, or set sample_time"
+        )
+    return scenario.trajectory.dt
 
 
 def origin_of(controller: Controller, scenario: Scenario | None, prefix: str) -> str:

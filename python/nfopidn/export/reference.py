@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nfopidn._core import Scenario, __version__
+from nfopidn.export.c_tracking import reference_words
 from nfopidn.export.design import folded, literal, template
 
 #: [m]: from here on a float's steps are a millimetre and more, and make torques rough.
@@ -96,11 +97,13 @@ def _lines(rows: Rows, columns: tuple[int, ...], truth: tuple[str, str]) -> str:
     )
 
 
-def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
-    """Header and source by file."""
+def c_reference_texts(scenario: Scenario, name: str, *, turn_rate: bool) -> dict[str, str]:
+    """Header and source by file; `turn_rate`: the law reads it."""
     rows, origin = _rows_of(scenario)
     lap = _lap_of(rows)
+    columns = (0, 1, 2, 3, 4, 5, 6) if turn_rate else (0, 1, 2, 3, 5, 6)
     words = {
+        **reference_words(turn_rate),
         "name": name,
         "guard": name.upper(),
         "version": __version__,
@@ -111,7 +114,7 @@ def c_reference_texts(scenario: Scenario, name: str) -> dict[str, str]:
         "count": str(len(rows)),
         "lap": str(lap),
         "lap_note": "" if lap < len(rows) else "; but it is not closed",
-        "rows": _lines(rows, (0, 1, 2, 3, 5, 6), ("0", "1")),
+        "rows": _lines(rows, columns, ("0", "1")),
     }
     return {
         f"{name}_reference.{kind}": template(f"reference.{kind}").substitute(words)

@@ -22,10 +22,24 @@ _NETS = (
     ("9.0F", "0.999753356F"),
     ("-0.300000012F", "-0.148885041F"),
 )
+# A speed, and the lateral schedule with lateral_speed 0.25 and lateral_power 1.5.
+_SPEEDS = (
+    ("0.0F", "0.0F"),
+    ("0.3F", "1.22933114F"),
+    ("-0.02F", "-0.159236297F"),
+    ("7.5F", "0.364844233F"),
+)
 
 
 def self_test_text(
-    words: dict[str, str], *, function: str, before: str, heading: bool, neuron: bool, guard: bool
+    words: dict[str, str],
+    *,
+    function: str,
+    before: str,
+    heading: bool,
+    neuron: bool,
+    guard: bool,
+    schedule: bool = False,
 ) -> str:
     """Write a function that tries what its file computes with; `guard`: also what looks for NaN.
 
@@ -41,6 +55,9 @@ def self_test_text(
             lines.append(f"compare(sine, {sine}, &verdict);")
     for net, output in _NETS if neuron else ():
         lines += [f"input = {net};", f"compare(neuron(input), {output}, &verdict);"]
+    for speed, factor in _SPEEDS if schedule else ():
+        lines.append(f"input = {speed};")
+        lines.append(f"compare(lateral_schedule(input, 0.0625F, -0.75F), {factor}, &verdict);")
     return template("self_test.c").substitute(
         words,
         function=function,

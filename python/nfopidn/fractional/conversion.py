@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
 from nfopidn._core import Controller
-from nfopidn.arguments import no_rival, no_tracking_law, real_numbers
+from nfopidn.arguments import no_rival, real_numbers
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
+from nfopidn.fractional import tracking
 from nfopidn.fractional.discretisation import rule_power
 
 PAPER_PREWARP = 15.0
@@ -148,12 +149,14 @@ def controller_response(
 ) -> NDArray[np.complex128]:
     """Return the response of each channel's filter (eq. 34), (3, n), net for an error.
 
-    With the incremental form the running sum over samples is part of it. An infinite memory has
-    the operators' closed form.
+    With the incremental form the running sum over samples is part of it, and with the tracking law
+    the pole and the integral states are. An infinite memory has the operators' closed form.
     """
     omega = np.asarray(frequency, dtype=float)
     w = np.exp(-1j * omega * dt)
-    if isinstance(controller.memory, float):
+    if controller.uses_tracking_law:
+        rows = list(tracking.response(controller, w))
+    elif isinstance(controller.memory, float):
         assert controller.gains is not None  # free taps have an end
         rule, orders = controller.generator, _orders(controller)
         below = 1 + checks.POLES[rule] * w
@@ -186,7 +189,8 @@ def retune(
 
     The continuous gains (eq. 25) stay. In the positional form the torque is what the textbook PID
     adds in one sample, which is in proportion to the sample time: there all gains are multiplied by
-    dt / new_dt besides.
+    dt / new_dt besides. Of the tracking law speed gains, poles with their gains and amplitudes, and
+    the integral states' gains and retention are converted too (docs/theory.md).
 
     Parameters
     ----------
@@ -217,10 +221,10 @@ def retune(
     Warns
     -----
     UserWarning
-        If the frequency response of a channel changes by more than a fifth.
+        If the frequency response of a channel changes by more than a fifth, or a pole of the
+        tracking law cannot lead by as much time.
     """
     controller = no_rival(controller)
-    no_tracking_law(controller)
     if controller.gains is None or controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.controller_sample_time(controller, dt)
@@ -231,7 +235,7 @@ def retune(
     if new != dt:
         continuous = to_continuous(gains, *orders, dt, prewarp=prewarp, generator=generator)
         gains = to_discrete(continuous, *orders, new, prewarp=prewarp, generator=generator)
-        if controller.form == "positional":
+        if controller.form == "positional" and not controller.uses_tracking_law:
             gains = gains * (dt / new)
     changes: dict[str, Any] = {"sample_time": new}
     if memory is not None:
@@ -239,6 +243,10 @@ def retune(
         changes["memory"] = (
             math.inf if checks.is_infinite(memory) else checks.whole("memory", memory, 0, longest)
         )
+    if controller.uses_tracking_law and new != dt:
+        length = changes.get("memory", controller.memory)
+        changes |= tracking.changes(controller, dt, new, gains, length)
+        gains = changes.pop("gains")
     result = controller.replace(gains=gains, **changes)
     band = checks.band(None, max(dt, new))
     omega = checks.frequencies(band)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from nfopidn._core import Controller
-from nfopidn.arguments import no_rival, no_tracking_law
+from nfopidn.arguments import no_rival
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.discretisation import rule_power, truncated_power
@@ -25,9 +26,9 @@ class OperatorError:
     channel
         "x", "y", "theta", or "all"
     operator
-        "s^alpha" or "s^-sigma"
+        "s^alpha" or "s^-sigma"; "gl s^(alpha - 1) of the speed error" with net "speed-errors"
     order
-        alpha or -sigma
+        alpha, -sigma or alpha - 1
     magnitude
         largest |magnitude ratio - 1| [-]
     phase
@@ -90,7 +91,9 @@ def truncation_report(
 
     The integral of eq. 34 is the series of s^(1 - sigma), cut after the memory, times the rule's
     1/s, which is exact. Whole orders are truncated like any other: with Tustin's rule s^1 is no
-    differentiator, as its weights never decay. An infinite memory is not truncated.
+    differentiator, as its weights never decay. An infinite memory is not truncated. Where the
+    tracking law's net is made of the errors themselves (docs/theory.md), the integral is the
+    truncated series of s^-sigma alone, and operators without a gain are left out.
 
     Parameters
     ----------
@@ -117,7 +120,6 @@ def truncation_report(
         If over a band that is given an operator is off by a fifth or by 10 degrees.
     """
     controller = no_rival(controller)
-    no_tracking_law(controller)
     if controller.alpha is None or controller.sigma is None:
         raise ValueError("controller has free taps; must have gains and orders")
     dt = checks.controller_sample_time(controller, dt)
@@ -126,27 +128,66 @@ def truncation_report(
         np.broadcast_to(np.asarray(o, dtype=float), 3) for o in (controller.alpha, controller.sigma)
     )
     pairs = list(zip(("x", "y", "theta"), alphas.tolist(), sigmas.tolist(), strict=True))
-    if len({pair[1:] for pair in pairs}) == 1:
-        pairs = [("all", *pairs[0][1:])]
     memory, rule = controller.memory, controller.generator
+    if controller.net != "increment":
+        operators = _of_whole_nets(controller, pairs)
+    else:
+        if len({pair[1:] for pair in pairs}) == 1:
+            pairs = [("all", *pairs[0][1:])]
+        operators = [
+            one
+            for channel, alpha, sigma in pairs
+            for one in (
+                _Operator(channel, "s^alpha", alpha, rule, alpha, memory),
+                _Operator(channel, "s^-sigma", -sigma, rule, 1 - sigma, memory),
+            )
+        ]
     entries = []
     omega = checks.frequencies(edges)
-    scale = (1 + checks.POLES[rule]) / dt
-    integrator = 1 / (scale * rule_power(rule, 1.0, omega * dt))
-    for channel, alpha, sigma in pairs:
-        for operator, order, series, whole in (
-            ("s^alpha", alpha, alpha, 1.0),
-            ("s^-sigma", -sigma, 1 - sigma, integrator),
-        ):
-            if isinstance(memory, float):
-                power = rule_power(rule, series, omega * dt)
-            else:
-                # Not discretise(), which has whole orders exactly: the controller truncates them.
-                power = truncated_power(rule, series, omega * dt, memory)
-            ratio = scale**series * power * whole / (1j * omega) ** order
-            sizes = worst_errors(ratio)
-            entries.append(OperatorError(channel, operator, order, *sizes))
-            if band is not None:
-                named = operator if channel == "all" else f"{operator} of channel {channel}"
-                warn_if_far(f"the controller's {named}", order, edges, sizes, 3)
+    for channel, operator, order, own_rule, series, terms in operators:
+        scale = (1 + checks.POLES[own_rule]) / dt
+        if isinstance(terms, float):
+            power = rule_power(own_rule, series, omega * dt)
+        else:
+            # Not discretise(), which has whole orders exactly: the controller truncates them.
+            power = truncated_power(own_rule, series, omega * dt, terms)
+        # Of the integral of eq. 34 one order is the rule's own 1/s.
+        whole: Any = 1.0
+        if order != series:
+            whole = 1 / (scale * rule_power(own_rule, 1.0, omega * dt))
+        sizes = worst_errors(scale**series * power * whole / (1j * omega) ** order)
+        entries.append(OperatorError(channel, operator, order, *sizes))
+        if band is not None:
+            named = operator if channel == "all" else f"{operator} of channel {channel}"
+            warn_if_far(f"the controller's {named}", order, edges, sizes, 3)
     return TruncationReport(memory, controller.generator, dt, edges, tuple(entries))
+
+
+class _Operator(NamedTuple):
+    channel: str
+    name: str
+    order: float
+    rule: str
+    series: float  # order of the truncated series
+    memory: float  # its last power
+
+
+def _of_whole_nets(
+    controller: Controller, pairs: list[tuple[str, float, float]]
+) -> list[_Operator]:
+    """Give the operators that have a gain, where sums run over the error itself."""
+    assert controller.gains is not None
+    last, rule = controller.memory + 1, controller.generator
+    found = []
+    for (channel, alpha, sigma), (_, integral, derivative) in zip(
+        pairs, controller.gains.tolist(), strict=True
+    ):
+        if derivative != 0:
+            found.append(_Operator(channel, "s^alpha", alpha, rule, alpha, last))
+        if integral != 0:
+            found.append(_Operator(channel, "s^-sigma", -sigma, rule, -sigma, last))
+        if controller.net == "speed-errors" and channel != "y":
+            order = getattr(controller, f"speed_order_{channel}") - 1
+            name = "gl s^(alpha - 1) of the speed error"
+            found.append(_Operator(channel, name, order, "gl", order, last))
+    return found

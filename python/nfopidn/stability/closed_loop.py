@@ -178,19 +178,25 @@ def _power_text(log_radius: float) -> str:
     return f"{10 ** (decades - exponent):.4g}e{exponent:+d}"
 
 
+# The last pose as an error in the reference's present frame; what the pole and the integral states
+# remember.
+_TRACKING_STATES = (
+    *("e_x(k-1)", "e_y(k-1)", "e_theta(k-1)"),
+    *("drive", "steering", "drive_integral", "steering_integral"),
+)
+
+
 def _state_names(size: int, past: int, controller: Controller, delay: int) -> tuple[str, ...]:
     adds = 2 if controller.form == "incremental" else 0
-    tracks = 7 if controller.uses_tracking_law else 0
-    of_channel = (size - 5 - adds - tracks - 2 * delay) // 3
+    tracking = list(_TRACKING_STATES) if controller.uses_tracking_law else []
+    of_channel = (size - 5 - adds - len(tracking) - 2 * delay) // 3
     names = ["e_x", "e_y", "e_theta", "v", "omega"]
     for channel in ("x", "y", "theta"):
         names += [f"e_{channel}(k-{age})" for age in range(1, past + 1)]
         names += [f"mode_{channel}({i})" for i in range(1, of_channel - past + 1)]
     if controller.form == "incremental":
         names += ["tau_fb_left(k-1)", "tau_fb_right(k-1)"]
-    if tracks:
-        names += [f"e_{name}(k-1), measured" for name in ("x", "y", "theta")]
-        names += ["drive(k-1)", "steering(k-1)", "integral_drive", "integral_steering"]
+    names += tracking
     names += [f"tau_{side}(k-{age})" for age in range(delay, 0, -1) for side in ("left", "right")]
     assert len(names) == size
     return tuple(names)

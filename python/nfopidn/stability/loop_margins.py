@@ -15,9 +15,9 @@ from nfopidn.arguments import (
     scenario_or_published,
 )
 from nfopidn.arithmetic import in_standard_arithmetic
+from nfopidn.fractional.tracking import has_drive_and_steering, net_taps, schedule
 from nfopidn.stability.loop_roots import Characteristic, power_sums, resolvent
 from nfopidn.stability.pole_map import short_memory
-from nfopidn.stability.tracking_filters import state_space, tracking_filters
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -143,8 +143,16 @@ class _Linear:
         slope = 1.0 if controller.activation == "linear" else 0.5
         scale = controller.speed_scale or max(scenario.trajectory.peak_speed, 1e-9)
         lateral = {"plain": 1.0, "direction": np.sign(speed), "speed": speed / scale}
-        self.taps = controller.taps * slope
+        lateral["scheduled"] = schedule(controller, speed)
+        self.taps = net_taps(controller) * slope
         self.taps[1] *= lateral[controller.lateral]
+        self.tracks = has_drive_and_steering(controller)
+        self.poles_of_law = np.array([controller.pole_x, controller.pole_theta])
+        self.integrals = np.array(
+            [controller.integral_x, controller.integral_y, controller.integral_theta]
+        )
+        self.integrals[1] *= lateral[controller.lateral]
+        self.retention = controller.integral_retention
         named = {"paper": [[0, 1, 1], [1, 1, 0]], "decoupled": [[1, 1, 1], [1, -1, -1]]}
         allocation = controller.allocation
         rows = named[allocation] if isinstance(allocation, str) else allocation
@@ -160,7 +168,18 @@ class _Linear:
         plant = polynomial.polyval(y, np.moveaxis(motion, 2, 0)) / polynomial.polyval(
             y, determinant
         )
-        filters = self.filters(w) * w**self.delay
+        filters = power_sums(self.taps, w)
+        if self.tracks:
+            filters = filters / (1 + self.poles_of_law[_LOOP_OF, None] * w)
+            # 1 - retention / z, to all digits where it is 1 and the frequency low.
+            leak = (1 - self.retention) + self.retention * w * y
+            filters = filters + np.divide(
+                self.integrals[:, None],
+                leak,
+                where=self.integrals[:, None] != 0,
+                out=np.zeros_like(filters),
+            )
+        filters = filters * w**self.delay
         if self.sums:
             filters = filters / (w * y)  # z / (z - 1)
         law = self.allocation * filters.T[:, None, :]
@@ -177,8 +196,8 @@ class _Linear:
     def poles(self) -> Complex:
         """Return the closed loop's poles: eigenvalues of the whole map at rest."""
         memory = self.taps.shape[1] - 1
-        size = 5 + 3 * memory + 2 * self.sums + 2 * self.delay
-        poles = self._roots(size) if size > _FEW_STATES else None
+        size = 5 + 3 * memory + 2 * self.sums + 4 * self.tracks + 2 * self.delay
+        poles = self._roots(size) if size > _FEW_STATES and not self.tracks else None
         if poles is None:
             poles = np.linalg.eigvals(self._map(memory, size)).astype(np.complex128)
         return poles[np.argsort(-np.abs(poles))]
@@ -194,13 +213,18 @@ class _Linear:
 
     def _map(self, memory: int, size: int) -> Array:
         """Return the whole map at rest: robot, past errors, last torques, torques on their way."""
-        past, sums, line = 5, 5 + 3 * memory, 5 + 3 * memory + 2 * self.sums
-        torque = np.zeros((2, size))
-        torque[:, :5] = self.allocation @ (self.taps[:, :1] * self.ERRORS)
+        past, sums = 5, 5 + 3 * memory
+        line = sums + 2 * self.sums + 4 * self.tracks
+        outputs = np.zeros((3, size))  # of the neurons
+        outputs[:, :5] = self.taps[:, :1] * self.ERRORS
         for channel in range(3):
             columns = past + channel * memory + np.arange(memory)
-            torque[:, columns] = np.outer(self.allocation[:, channel], self.taps[channel, 1:])
+            outputs[channel, columns] = self.taps[channel, 1:]
         step = np.zeros((size, size))
+        if self.tracks:
+            torque = self._drive_and_steering(outputs, step, sums)
+        else:
+            torque = self.allocation @ outputs
         for channel in range(3):
             first = past + channel * memory
             step[first, :5] = self.ERRORS[channel]
@@ -218,51 +242,23 @@ class _Linear:
         step[:5] += self.input @ applied
         return step
 
-
-class _LinearTracking(_Linear):
-    """The same of the tracking law."""
-
-    def __init__(self, scenario: Scenario, controller: Controller, speed: float) -> None:
-        super().__init__(scenario, controller.replace(lateral="plain"), speed)
-        self.numerators, self.denominators = tracking_filters(controller, speed)
-        self.taps = np.zeros((3, max(map(len, self.numerators))))
-
-    def filters(self, w: Complex) -> Complex:
-        """Return the channels' filters of the error, (3, N)."""
-        pairs = zip(self.numerators, self.denominators, strict=True)
-        return np.array([polynomial.polyval(w, a) / polynomial.polyval(w, b) for a, b in pairs])
-
-    def poles(self) -> Complex:
-        """Return the closed loop's poles: eigenvalues of the whole map at rest."""
-        # One filter drives, and one with two inputs steers: y and theta share pole and integral.
-        parts = {
-            (place, stop): state_space(self.numerators[place:stop], self.denominators[place])
-            for place, stop in ((0, 1), (1, 3))
-        }
-        line = 5 + sum(len(own) for own, *_ in parts.values())
-        step = np.zeros((line + 2 * self.delay,) * 2)
-        torque = np.zeros((2, len(step)))
-        step[:5, :5] = self.state
-        first = 5
-        for (channel, stop), (own, into, out, through) in parts.items():
-            place = slice(first, first + len(own))
-            errors, wheels = self.ERRORS[channel:stop], self.allocation[:, channel]
-            step[place, place] = own
-            step[place, :5] = into @ errors
-            torque[:, place] = np.outer(wheels, out)
-            torque[:, :5] += np.outer(wheels, through @ errors)
-            first += len(own)
-        applied = torque
-        if self.delay:
-            applied = np.zeros_like(torque)
-            applied[:, line : line + 2] = np.eye(2)
-            step[line : len(step) - 2, line + 2 :] = np.eye(2 * self.delay - 2)
-            step[len(step) - 2 :] = torque
-        step[:5] += self.input @ applied
-        poles = np.linalg.eigvals(step).astype(np.complex128)
-        return np.asarray(poles[np.argsort(-np.abs(poles))])
+    def _drive_and_steering(self, outputs: Array, step: Array, first: int) -> Array:
+        """Write the rows of drive, steering and their integrals; return the torques'."""
+        states = np.zeros((4, outputs.shape[1]))
+        np.add.at(states, _LOOP_OF, outputs)
+        sums = np.zeros((3, outputs.shape[1]))
+        sums[:, :5] = self.integrals[:, None] * self.ERRORS
+        np.add.at(states, 2 + _LOOP_OF, sums)
+        used = [self.integrals[0] != 0, np.any(self.integrals[1:] != 0)]
+        keeps = np.append(-self.poles_of_law, self.retention * np.array(used))
+        states[:, first : first + 4] += np.diag(keeps)
+        step[first : first + 4] = states
+        drive, steering = states[0] + states[2], states[1] + states[3]
+        return np.array([drive + steering, drive - steering])
 
 
+#: Which loop a channel belongs to with the tracking law's pole: y and theta steer.
+_LOOP_OF = np.array([0, 1, 1])
 #: The torques' sum and difference.
 _TO_LOOPS = np.array([[1.0, 1.0], [1.0, -1.0]])
 
@@ -422,9 +418,10 @@ def margins(
     """Return the margins of the loop that drives straight on at a speed.
 
     The robot's motion over one sample is linearised with the scenario's integrator, friction and
-    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation, or
-    the filters that the tracking law is near a straight line. There the torques' sum drives and
-    their difference steers. Torque limits, noise and disturbance are left out.
+    delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation, and
+    with the tracking law speed errors, schedule, poles and integral states within their limit. On
+    a straight line the torques' sum drives and their difference steers. Torque limits, noise and
+    disturbance are left out.
 
     Parameters
     ----------
@@ -462,8 +459,7 @@ def margins(
     )
     if speed == 0:
         raise ValueError("speed is 0.0; must be in [-1000, 1000] m/s and not 0")
-    law = _LinearTracking if controller.uses_tracking_law else _Linear
-    linear = law(scenario, controller, speed)
+    linear = _Linear(scenario, controller, speed)
     poles = linear.poles()
     if not abs(poles[0]) < 1:
         none = LoopMargins((_NAN, _NAN), _NAN, _NAN, _NAN, _NAN)

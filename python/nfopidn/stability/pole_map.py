@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn._core import Controller, series_weights
-from nfopidn.arguments import no_rival, no_tracking_law, real_number, whole_number
+from nfopidn.arguments import no_rival, real_number, whole_number
 from nfopidn.arithmetic import in_standard_arithmetic
+from nfopidn.fractional.tracking import rational
 
 Place = Literal["inside", "on", "outside"]
 
@@ -116,6 +117,20 @@ def _filter(coefficients: NDArray[np.float64], sums: bool) -> ZPlane:
     return ZPlane(zeros=zeros[np.argsort(-np.abs(zeros), kind="stable")], poles=poles)
 
 
+def _rational(
+    numerator: NDArray[np.float64], denominator: NDArray[np.float64], sums: bool
+) -> ZPlane:
+    """Return a filter in powers of 1/z, times z/(z - 1) if it sums its output up."""
+    count = max(len(numerator), len(denominator))
+    plane = _filter(np.pad(numerator, (0, count - len(numerator))), sums)
+    if not np.any(numerator):
+        return plane
+    own = np.roots(denominator).astype(np.complex128)
+    # They take the place of as many at 0.
+    poles = np.append(own, plane.poles[: len(plane.poles) - len(own)])
+    return ZPlane(plane.zeros, poles[np.argsort(-np.abs(poles), kind="stable")])
+
+
 def short_memory(controller: Controller) -> Controller:
     """Refuse a memory whose matrices would be too large."""
     if not controller.memory <= MOST_MEMORY:
@@ -131,7 +146,9 @@ def controller(controller: Controller) -> ControllerStability:
 
     A channel is sum_j taps[j] z^-j (eq. 34 with the memory's M + 2 taps), in incremental form times
     z/(z - 1) (eqs. 35-36). Without that its poles are all at 0: no gains and orders of a truncated
-    operator make the controller itself unstable, and nothing is said of the loop.
+    operator make the controller itself unstable, and nothing is said of the loop. With the tracking
+    law the speed errors are differences of the errors, as near the path, the lateral error is that
+    after its schedule, and pole and integral states within their limit belong to it.
 
     Parameters
     ----------
@@ -158,8 +175,9 @@ def controller(controller: Controller) -> ControllerStability:
     critically stable
     """
     controller = short_memory(no_rival(controller))
-    no_tracking_law(controller)
     sums = controller.form == "incremental"
+    if controller.uses_tracking_law:
+        return ControllerStability(*(_rational(*one, sums) for one in rational(controller)))
     planes = [_filter(taps, sums) for taps in controller.taps]
     return ControllerStability(*planes)
 

@@ -94,6 +94,7 @@ class ControllerSearch(Search):
         controller = json.loads(self.base.to_json())
         # The scenarios have it; a checkpoint from before controllers had one is still the same.
         del controller["sample_time"]
+        controller.pop("robot", None)
         controller["version"] = 1
         return {"controller": controller, "parameters": self.parameters}
 
@@ -175,11 +176,13 @@ def controller_structure(structure: Structure) -> tuple[dict[str, Any], str]:
     return settings, parameters
 
 
-def _controller_box(structure: Structure) -> tuple[Controller, str, Box]:
+def _controller_box(
+    structure: Structure, scenario: Scenario | None = None
+) -> tuple[Controller, str, Box]:
     """Give a structure's settings, its parameter set, and its parameters with their bounds."""
     settings, parameters = controller_structure(structure)
     base = Controller.published(**settings)
-    bounds = _core.parameter_bounds(base, parameters)
+    bounds = _core.parameter_bounds(base, parameters, scenario)
     return base, parameters, {name: (low, high) for name, low, high in bounds}
 
 
@@ -192,16 +195,19 @@ def _rival_box(structure: str | Mapping[str, Any]) -> tuple[Rival, Box]:
 
 
 def default_bounds(
-    structure: str | Mapping[str, Any] | None = None,
+    structure: str | Mapping[str, Any] | None = None, scenario: Scenario | None = None
 ) -> dict[str, tuple[float, float]]:
     """Give the parameters of a structure by name, with the bounds that tune() takes.
 
     Gains [0, 3] and orders [0.01, 1]; "extended": [0, 6] and [0.01, 2]. In the incremental form
     the integral gains end at 0.3: beyond, nearly all runs diverge. A rival's: Rival.describe().
+    Those of "tracking" scale with the scenario's robot, sample time, torque limit and peak speed
+    (docs/theory.md); without a scenario they are the published one's. tune() takes its first
+    scenario.
     """
     if structure is not None and is_rival(structure):
         return _rival_box(structure)[1]
-    return _controller_box(structure)[2]
+    return _controller_box(structure, scenario)[2]
 
 
 def _sources(
@@ -272,8 +278,10 @@ def make_search(
         for corner in (rivals.low, rivals.high):  # refuses what a rival may not have
             rivals.controller(corner)
         return rivals
-    base, parameters, box = _controller_box(structure)
+    base, parameters, box = _controller_box(structure, scenarios[0] if scenarios else None)
     base = _of_sample_time(base, scenarios)
+    if parameters == "tracking" and scenarios:
+        base = base.replace(robot=scenarios[0].robot)
     search = ControllerSearch(*_free_box(box, bounds, frozen, tied), base, parameters)
     for corner in (search.low, search.high):  # refuses what a controller may not have
         Controller.from_json(search.controller(corner).to_json())

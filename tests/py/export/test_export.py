@@ -14,6 +14,20 @@ STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror
 CORTEX = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
 COMPILERS = {"gcc": [], "clang": [], "arm-none-eabi-gcc": [*CORTEX, "-Wdouble-promotion"]}
 
+# With every part in action, and in pieces.
+TRACKING = {
+    "net": "speed-errors",
+    "allocation": "decoupled",
+    "lateral": "scheduled",
+    **{"speed_gain_x": 12.4, "speed_gain_theta": 2.8},
+    **{"speed_order_x": 1.14, "speed_order_theta": 1.26},
+    **{"amplitude_x": 0.65, "amplitude_y": 7.9, "amplitude_theta": 0.233},
+    **{"pole_x": 0.083, "pole_theta": 0.24},
+    **{"integral_x": 0.0223, "integral_y": 0.0017, "integral_theta": 0.001},
+    **{"integral_retention": 0.9925, "integral_limit": 0.155},
+    **{"lateral_speed": 0.223, "lateral_power": 1.55, "sample_time": 0.2},
+}
+GAINS = [[1.97, 0, 0], [0.317, 0, 0], [0.88, 0, 0]]
 FREE_TAPS = [[0.9, -0.4, 0.2], [1.5, -0.3, 0.01], [1.1, 0.25, -1.25e-5]]
 CONTROLLERS = {
     "published": Controller.published(),
@@ -29,6 +43,29 @@ CONTROLLERS = {
     "linear in the world": Controller.published(activation="linear", frame="world"),
     "matrix": Controller.published(allocation=[[0.5, 1, -0.25], [1, 0.1, 1]]),
     "free taps": Controller.from_taps(FREE_TAPS, allocation="decoupled"),
+    "tracking": Controller(GAINS, 1, 1, **TRACKING),
+    "tracking, memory 40": Controller(GAINS, 1, 1, memory=40, **TRACKING),
+    "tracking, linear": Controller(
+        GAINS,
+        1,
+        1,
+        **TRACKING | dict.fromkeys(("amplitude_x", "amplitude_y", "amplitude_theta"), 1.0),
+        activation="linear",
+    ),
+    "speed errors, other allocation": Controller(
+        [[2, 0, 0], [1, 0.1, 0.3], [1, 0, 0]],
+        *(0.5, 0.5),
+        net="speed-errors",
+        **{"speed_gain_x": 3.0, "speed_order_x": 0.4, "sample_time": 0.2},
+        **{"lateral": "speed", "speed_scale": 0.3, "anti_windup": "clamp"},
+        **{"form": "incremental", "amplitude_theta": 0.01},
+    ),
+    "whole": Controller.published(net="whole", allocation="decoupled", integral_y=0.01, pole_x=0.2),
+    "whole in the world": Controller.published(net="whole", frame="world", amplitude_y=0.5),
+    "scheduled": Controller.published(lateral="scheduled", lateral_power=-0.4),
+    "amplitudes in a matrix": Controller.published(
+        allocation=[[0.5, 1, -0.25], [1, 0.1, 1]], amplitude_x=0.25, net="whole"
+    ),
 }
 
 
@@ -39,6 +76,13 @@ class Triple(ctypes.Structure):
 class Reference(ctypes.Structure):
     _fields_ = [
         *((name, ctypes.c_float) for name in ("x", "y", "theta", "v", "left", "right")),
+        ("reverse", ctypes.c_int),
+    ]
+
+
+class TurningReference(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_float) for name in ("x", "y", "theta", "v", "omega", "left", "right")),
         ("reverse", ctypes.c_int),
     ]
 
@@ -83,16 +127,21 @@ class Exported:
         self._name = name
         self._step = self._library[f"{name}_step"]
         self._step.restype = Torques
-        self._state = (ctypes.c_float * (3 * controller.taps.shape[1] + 2))()
+        self._turns = controller.net == "speed-errors"
+        tracking = 13 if controller.uses_tracking_law else 0
+        self._state = (ctypes.c_float * (3 * controller.taps.shape[1] + 2 + tracking))()
         self.call("init")
 
     def call(self, function):
         self._library[f"{self._name}_{function}"](ctypes.byref(self._state))
 
     def step(self, measured, reference):
-        # omega, the fifth number of a library's reference, is none of the C code's.
-        x, y, theta, v, _, left, right, reverse = reference
-        wanted = Reference(x, y, theta, v, left, right, int(reverse))
+        # omega, the fifth number of a library's reference, is the C code's with speed errors alone.
+        x, y, theta, v, omega, left, right, reverse = reference
+        if self._turns:
+            wanted = TurningReference(x, y, theta, v, omega, left, right, int(reverse))
+        else:
+            wanted = Reference(x, y, theta, v, left, right, int(reverse))
         torques = self._step(
             ctypes.byref(self._state), ctypes.byref(Triple(*measured)), ctypes.byref(wanted)
         )
@@ -123,8 +172,21 @@ def test_c_runs_the_published_scenario(tmp_path, published):
         np.testing.assert_allclose(torques, expected, rtol=0, atol=1e-5, err_msg=f"sample {k}")
 
 
-def test_reset_forgets(tmp_path):
-    exported = Exported(tmp_path, Controller.tuned_nominal())
+def test_speed_errors_start_at_rest_or_in_motion(tmp_path):
+    """On its path at 0.3 m/s: a kick after a reset, which takes it to be at rest, and none else."""
+    exported = Exported(tmp_path, CONTROLLERS["tracking"])
+    on_path = ((1, 2, 0), (1, 2, 0, 0.3, 0, 0, 0, 0))
+    for _ in range(2):
+        left, right = exported.step(*on_path)
+        assert left == right > 0.3
+        exported.call("reset")
+    exported.call("reset_in_motion")
+    assert exported.step(*on_path) == (0, 0)
+
+
+@pytest.mark.parametrize("name", ["tuned", "tracking"])
+def test_reset_forgets(name, tmp_path):
+    exported = Exported(tmp_path, CONTROLLERS[name])
     measured, reference = samples(40)
     first = [exported.step(*pair) for pair in zip(measured, reference, strict=True)]
     second = [exported.step(*pair) for pair in zip(measured, reference, strict=True)]
@@ -271,6 +333,8 @@ def test_other_refusals(tmp_path):
     for export in (nfopidn.export_c, nfopidn.export_cpp):
         with pytest.raises(ValueError, match="speed_scale is 0"):
             export(Controller.published(lateral="speed"), tmp_path)
+        with pytest.raises(ValueError, match="sample_time is unknown, and with net"):
+            export(CONTROLLERS["tracking"].replace(sample_time=None), tmp_path)
     assert not list(tmp_path.iterdir())
 
 

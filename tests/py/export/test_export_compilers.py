@@ -17,7 +17,7 @@ PROGRAM = """
 int main(void)
 {
   static nfopidn_guarded guarded;
-  const nfopidn_reference still = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0};
+  static const nfopidn_reference still;
   volatile float input = -0.5F;
   nfopidn_pose pose = {0.0F, 0.0F, 0.0F};
   nfopidn_torques torques;

@@ -44,7 +44,13 @@ def export(controller, folder, scenario):
     return paths
 
 
-@pytest.mark.parametrize("name", ["published", "tuned", "clamp", "speed", "plain in the world"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("published", "tuned", "clamp", "speed", "plain in the world"),
+        *("tracking", "speed errors, other allocation", "whole", "whole in the world"),
+    ],
+)
 def test_every_bit_is_the_librarys(name, lap, tmp_path, repository):
     sources = [path for path in export(of_any_time(name), tmp_path, lap) if path.suffix == ".c"]
     nfopidn.export_cpp(of_any_time(name), tmp_path, scenario=lap, name="law", reference=True)
@@ -57,6 +63,7 @@ def test_every_bit_is_the_librarys(name, lap, tmp_path, repository):
             *(compiler("g++"), "-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow"),
             *("-Werror", "-O1", "-ffp-contract=off", "-I", repository / "cpp/include"),
             *("-I", tmp_path, f"-DSAMPLE_TIME={lap.trajectory.dt}F"),
+            *(["-DREADS_TURN_RATE"] if CONTROLLERS[name].net == "speed-errors" else []),
             *(f"-DROBOT_{names[field]}={value}F" for field, value in ROBOT.items()),
             *(repository / "tests/py/compare_hardware.cpp", *tmp_path.glob("*.o"), "-o", program),
         ]
@@ -78,7 +85,8 @@ def test_it_compiles_without_a_warning(name, program, lap, tmp_path):
             command = [compiler(program), *STRICT, *COMPILERS[program], "-Os", "-c", source]
             compiled([*command, "-o", target])
     nm = "arm-none-eabi-nm" if program.startswith("arm") else "nm"
-    own = {"eddie_reset", "eddie_step", "eddie_repeat", "eddie_self_test"}
+    own = {"eddie_reset", "eddie_reset_in_motion", "eddie_step", "eddie_repeat"}
+    own.add("eddie_self_test")
     for file in tmp_path.glob("*.o"):
         undefined = subprocess.run([nm, "-u", file], capture_output=True, text=True, check=True)
         words = set(undefined.stdout.split()[1::2])

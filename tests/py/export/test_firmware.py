@@ -49,6 +49,22 @@ def test_instructions(report):
     assert 0 <= overhead <= 12
 
 
+def test_the_tracking_law(report):
+    assert report["tracking_torques"] == 2 * (751 + 600)
+    assert report["tracking_bits_differ"] == 0
+    assert 0 < report["tracking_error_run"] <= 1e-4
+    assert 0 < report["tracking_error_step"] <= 1e-6
+    assert report["instructions_worst"] < report["tracking_instructions_worst"] <= 520
+    # The logarithm is a function of its own, and counts too.
+    mean = report["tracking_instructions_mean_recorded"]
+    assert 0 <= report["tracking_instructions_by_icount"] - mean <= 12
+    assert report["tracking_flash_step"] <= 2300
+    assert report["tracking_ram_all"] <= 320
+    assert report["tracking_stack"]["control_step"] <= 128
+    assert report["tracking_symbols"] == 0
+    assert set(report["tracking_undefined"]) <= {"memset", "memcpy", "memmove"}
+
+
 def test_memory(report):
     assert report["flash_step"] <= 1200
     assert report["ram_memory"] <= 192

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 from nfopidn import Controller, Robot, Scenario, Trajectory, simulate, stability
-from nfopidn.stability import loop_roots as _loop_roots
+from nfopidn.stability import loop_roots
 from nfopidn.stability.closed_loop import jacobians
 from nfopidn.stability.loop_margins import _Linear, _one_loop
 from refusal import refused
@@ -213,7 +213,7 @@ def test_poles_with_long_memory_are_the_maps_eigenvalues(controller, settings):
 def test_poles_that_do_not_arrive_are_the_maps_eigenvalues(monkeypatch):
     linear = _Linear(Scenario.published(), PUBLISHED.replace(memory=80), 0.3)
     found = linear.poles()
-    monkeypatch.setattr(_loop_roots, "_MOST_SWEEPS", 3)
+    monkeypatch.setattr(loop_roots, "_MOST_SWEEPS", 3)
     assert linear._roots(found.size) is None
     np.testing.assert_allclose(np.abs(linear.poles()[:6]), np.abs(found[:6]), atol=1e-10)
 
@@ -274,7 +274,7 @@ def test_power_sums_are_polynomials():
     taps = np.random.default_rng(1).normal(size=(2, 37))
     w = np.exp(1j * np.linspace(0, 3, 53)) * 0.98
     wanted = [np.polyval(row[::-1], w) for row in taps]
-    np.testing.assert_allclose(_loop_roots.power_sums(taps, w), wanted, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(loop_roots.power_sums(taps, w), wanted, rtol=1e-12, atol=1e-12)
 
 
 def test_a_speed_beyond_every_float_is_refused():
@@ -284,3 +284,80 @@ def test_a_speed_beyond_every_float_is_refused():
     assert stability.margins(speed=np.longdouble(0.5)).speed == 0.5
     with refused("memory is a whole number of about 401 digits", "in [0, 1024]"):
         stability.operator(0.5, 10**400)
+
+
+TRACKING = [
+    pytest.param(Controller.recommended(), id="recommended"),
+    pytest.param(
+        Controller.recommended().replace(
+            pole_x=-0.3, pole_theta=0.5, integral_x=0.1, integral_theta=0.05, memory=9
+        ),
+        id="every part",
+    ),
+    pytest.param(Controller.recommended().replace(lateral="direction"), id="direction"),
+    pytest.param(
+        Controller.published(
+            net="whole", allocation="decoupled", amplitude_x=0.3, integral_y=0.02, pole_theta=0.2
+        ),
+        id="whole",
+    ),
+    pytest.param(Controller.published(net="whole", amplitude_y=0.3), id="paper's allocation"),
+    pytest.param(
+        Controller.recommended().replace(
+            **dict.fromkeys(("pole_x", "pole_theta"), 0.0),
+            **dict.fromkeys(("integral_x", "integral_y", "integral_theta"), 0.0),
+            form="incremental",
+        ),
+        id="incremental",
+    ),
+]
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+@pytest.mark.parametrize("controller", TRACKING)
+def test_the_tracking_laws_poles_are_those_of_the_laws_own_map(controller, delay):
+    """The map differentiates the law itself. Its last pose repeats what the past errors know."""
+    scenario = Scenario(Trajectory.line(period=30), delay=delay, feedforward=False)
+    at_rest = stability.loop(scenario, controller)
+    step = jacobians(scenario, controller, at_rest)[0]
+    expected = np.linalg.eigvals(step)
+    found = stability.margins(controller, scenario, speed=scenario.trajectory.peak_speed).poles
+    # Those at 0, of what is only remembered, are as many as there are states for it, and a pole of
+    # a high multiplicity has few digits.
+    for pole in found[np.abs(found) > 0.35]:
+        assert np.abs(expected - pole).min() < 1e-5
+    for pole in expected[np.abs(expected) > 0.35]:
+        assert np.abs(found - pole).min() < 1e-5
+    assert (np.abs(found) > 0.35).sum() == (np.abs(expected) > 0.35).sum()
+
+
+@pytest.mark.parametrize("index", [0, 1])
+@pytest.mark.parametrize("controller", TRACKING[:2])
+def test_the_tracking_laws_gain_margin_is_where_a_pole_is_on_the_circle(controller, index):
+    """Every gain of the loop times the margin, the amplitudes too."""
+    found = stability.margins(controller, speed=0.3)
+    upper = (found.drive, found.steering)[index].gain[1]
+    assert 1 < upper < 100
+    names = [
+        ("speed_gain_x", "amplitude_x", "integral_x"),
+        ("speed_gain_theta", "amplitude_y", "amplitude_theta", "integral_y", "integral_theta"),
+    ][index]
+    for factor, stable in ((0.99 * upper, True), (1.01 * upper, False)):
+        gains = controller.gains.copy()
+        gains[[0] if index == 0 else [1, 2]] *= factor
+        changes = {name: factor * getattr(controller, name) for name in names}
+        changed = controller.replace(gains=gains, **changes)
+        assert stability.margins(changed, speed=0.3).stable == stable
+
+
+def test_the_tracking_law_bears_the_delay_of_its_margin():
+    controller = Controller.recommended()
+    delay = min(
+        getattr(stability.margins(controller, speed=0.3), name).delay
+        for name in ("drive", "steering")
+    )
+    assert delay > DT  # it was found for a delay of one sample
+    most = int(delay / DT)
+    for samples in (most, most + 1):
+        scenario = Scenario.published(delay=samples)
+        assert stability.margins(controller, scenario, speed=0.3).stable == (samples == most)

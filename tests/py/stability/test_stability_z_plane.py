@@ -3,6 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
+import scipy.signal
 from nfopidn import Controller, stability
 from refusal import refused
 
@@ -93,3 +94,34 @@ def test_arguments_out_of_range_are_refused():
             stability.operator(0.5, memory)
     with refused("generator is 'oustaloup'", "'tustin', 'gl'"):
         stability.operator(0.5, 5, "oustaloup")
+
+
+def test_the_tracking_law_has_its_poles_and_integrals():
+    """Zeros and poles make the filter's own answer to a pulse, run sample by sample."""
+    controller = Controller.recommended().replace(
+        **dict.fromkeys(("amplitude_x", "amplitude_y", "amplitude_theta"), 1),
+        activation="linear",
+        pole_x=0.3,
+    )
+    planes = stability.controller(controller).channels
+    for name, pole in (("x", "pole_x"), ("y", "pole_theta"), ("theta", "pole_theta")):
+        poles = planes[name].poles
+        for own in (-getattr(controller, pole), controller.integral_retention):
+            assert np.abs(poles - own).min() < 1e-12
+        assert planes[name].verdict == "stable"
+    speed, dt, drive = 0.3, controller.sample_time, []
+    for size in (0.01, 0):
+        running = controller.copy()
+        for k in range(26):
+            reference = (speed * dt * k, 0, 0, speed, 0, 0, 0, 0)
+            pose = (speed * dt * k - (size if k == 1 else 0), 0, 0)
+            drive.append(sum(running.step(pose, reference, 1e3)))
+    # Without what the first sample's speed error adds, which is that of a robot at rest.
+    found = np.subtract(drive[1:26], drive[27:])
+    _, expected = scipy.signal.dimpulse(
+        (planes["x"].zeros, planes["x"].poles, 1.0, dt), n=len(found)
+    )
+    answer = expected[0].ravel()
+    np.testing.assert_allclose(found / found[0], answer / answer[0], atol=1e-9)
+    without = controller.replace(integral_x=0, pole_x=0)
+    assert np.all(stability.controller(without).x.poles == 0)

@@ -56,6 +56,11 @@ class StepMap {
         feedforward_(run.scenario->feedforward) {
     law_.configure_structure(design, run.limits);
     if (design.needs_tracking_law()) law_.set_parameters(law_parameters<Scalar>(design));
+    steers_ =
+        design.form == Form::positional && design.allocation.kind() == AllocationKind::decoupled;
+    differences_ = design.net == Net::speed_errors;
+    sums_drive_ = steers_ && design.integral_x != 0;
+    sums_steering_ = steers_ && (design.integral_y != 0 || design.integral_theta != 0);
     law_.set_filter(StateFilter<Scalar>(loop_kernels(*run.scenario, design, states_)));
   }
 
@@ -119,14 +124,15 @@ class StepMap {
     const Channels<Scalar> error = rotate_into_robot(
         world_errors(Measurement<Scalar>{last.x, last.y, last.theta, zero, zero}, reference),
         Heading<Scalar>{Scalar(h.cosine), Scalar(h.sine)});
+    // What the law does not use stays as it is, which is no motion of the loop.
     const auto& held = memory.drive_and_steering;
-    const Scalar numbers[] = {error.x,
-                              error.y,
-                              error.theta,
-                              held.drive,
-                              held.steering,
-                              held.drive_integral,
-                              held.steering_integral};
+    const Scalar numbers[] = {differences_ ? error.x : zero,
+                              differences_ ? error.y : zero,
+                              differences_ ? error.theta : zero,
+                              steers_ ? held.drive : zero,
+                              steers_ ? held.steering : zero,
+                              sums_drive_ ? held.drive_integral : zero,
+                              sums_steering_ ? held.steering_integral : zero};
     std::copy(std::begin(numbers), std::end(numbers), z);
   }
 
@@ -162,6 +168,8 @@ class StepMap {
   Disturbance<double> disturbance_;
   LoopStates states_ = {};
   bool feedforward_;
+  // Which states of the tracking law are used.
+  bool differences_, steers_, sums_drive_, sums_steering_;
   Law law_;
 };
 

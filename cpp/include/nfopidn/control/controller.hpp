@@ -10,9 +10,9 @@ namespace nfopidn {
 // tau(k) = tau_ref(k) + tau_fb(k), limited, with
 //   tau_fb = [tau_fb(k-1) +] allocation * O(net),  net = taps * errors      (eqs. 31-36)
 // The tracking law adds speed errors, amplitudes, a pole and integral states (docs/theory.md).
-// Filter is Fir<Scalar, Capacity, Slack>; Variant is RuntimeVariant<Base>, TrackingVariant<Base>,
-// which alone has the tracking law, or a FixedVariant.
-// step() runs in constant time; it neither allocates nor throws.
+// Filter is Fir<Scalar, Capacity, Slack>; Variant is RuntimeVariant<Base> or a FixedVariant, or
+// with the tracking law TrackingVariant<Base> or a FixedTrackingVariant. step() runs in constant
+// time; it neither allocates nor throws.
 template <class Scalar, class Filter, class Variant = RuntimeVariant<base_t<Scalar>>>
 class Controller
     : private detail::FeedforwardHeadroom<Scalar>,  // bases, so that none takes no memory
@@ -253,6 +253,7 @@ class Controller
     if constexpr (Structure::has_tracking_law) {
       this->speed_errors.reset(false);
       this->drive_and_steering = {};
+      this->last_error = {};
     }
   }
 
@@ -263,10 +264,15 @@ class Controller
     if constexpr (Structure::has_tracking_law) this->speed_errors.reset(true);
   }
 
+  // A sample that passed without the law, whose next motion is then that of one sample more.
+  constexpr void miss() noexcept {
+    if constexpr (Structure::has_tracking_law) this->speed_errors.miss();
+  }
+
   // A sample without a measurement: the last error once more, and the present feedforward.
   constexpr TorquePair<Scalar> repeat(const ReferenceSample<Base>& reference) noexcept {
     if constexpr (Structure::has_tracking_law) {
-      this->speed_errors.miss();
+      miss();
       return respond(this->last_error, filter_.newest(), reference);
     } else {
       return act(filter_.newest(), reference);
@@ -278,9 +284,14 @@ class Controller
   constexpr void reset_to(const Measurement<Scalar>& measured,
                           const ReferenceSample<Base>& reference) noexcept {
     reset_in_motion();
-    Channels<Scalar> error =
-        channel_errors(world_errors(measured, reference), M::heading(measured.theta), reference);
+    const Channels<Scalar> world_error = world_errors(measured, reference);
+    const Heading<Scalar> heading = M::heading(measured.theta);
+    Channels<Scalar> error = channel_errors(world_error, heading, reference);
     if constexpr (Structure::has_tracking_law) {
+      this->last_error = world_error;
+      if (structure_.frame == Frame::robot) {
+        this->last_error = rotate_into_robot(world_error, heading);
+      }
       if (structure_.net == Net::speed_errors) error.x = error.theta = Scalar(Base(0));
     }
     filter_.fill(error);

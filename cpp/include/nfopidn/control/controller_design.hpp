@@ -3,15 +3,19 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "nfopidn/control/controller_settings.hpp"
+#include "nfopidn/plant/robot.hpp"
 
 namespace nfopidn {
 
 struct ControllerDesign : ControllerSettings<double> {
   // [3][memory + 2], newest first, as fuse_taps() makes them; empty: those of gains and orders.
   std::vector<double> taps;
+  // That the gains are made for; none: not known, and not checked.
+  std::optional<Robot<double>> robot;
 
   ControllerDesign() = default;
   // Not explicit: whoever has settings has a design.

@@ -28,6 +28,13 @@ struct LawParameters {
   Scalar minus_half_lateral_power = Scalar(Base(0));
 
   static constexpr int count = 14;
+  static constexpr const char* names[count] = {"proportional_x",       "proportional_theta",
+                                               "amplitude_x",          "amplitude_y",
+                                               "amplitude_theta",      "pole_x",
+                                               "pole_theta",           "integral_x",
+                                               "integral_y",           "integral_theta",
+                                               "integral_retention",   "integral_limit",
+                                               "lateral_speed_square", "minus_half_lateral_power"};
 
   // Calls visit(parameter) for each in its order.
   template <class Self, class Visitor>

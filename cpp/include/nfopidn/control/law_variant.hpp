@@ -68,12 +68,27 @@ struct FixedVariant {
   static constexpr AntiWindup anti_windup = fixed_anti_windup;
   static constexpr bool has_tracking_law = false;
 
-  static constexpr bool offers(const ControllerSettings<Base>& settings) noexcept {
-    return !settings.needs_tracking_law() && settings.allocation.kind() == allocation_kind &&
-           settings.form == form && settings.activation == activation && settings.frame == frame &&
+  // Whether the settings ask for what is chosen here, the tracking law aside.
+  static constexpr bool matches(const ControllerSettings<Base>& settings) noexcept {
+    return settings.allocation.kind() == allocation_kind && settings.form == form &&
+           settings.activation == activation && settings.frame == frame &&
            settings.lateral == lateral && settings.anti_windup == anti_windup;
   }
+  static constexpr bool offers(const ControllerSettings<Base>& settings) noexcept {
+    return !settings.needs_tracking_law() && matches(settings);
+  }
   static constexpr void choose(const ControllerSettings<Base>& /*settings*/) noexcept {}
+};
+
+// A FixedVariant with the tracking law, whose net is chosen in the type too.
+template <class Base, class Fixed, Net fixed_net = Net::speed_errors>
+struct FixedTrackingVariant : Fixed {
+  static constexpr Net net = fixed_net;
+  static constexpr bool has_tracking_law = true;
+
+  static constexpr bool offers(const ControllerSettings<Base>& settings) noexcept {
+    return settings.net == net && Fixed::matches(settings);
+  }
 };
 
 }  // namespace nfopidn

@@ -47,16 +47,16 @@ class SpeedErrors {
     }
     last_ = pose;
     const bool primes = first_ && in_motion_;
+    const Base share = Base(1) / Base(intervals_);
     first_ = false;
+    intervals_ = 1;
     if (primes) return {zero, zero, zero};
     const Heading<Scalar> half = M::heading(moved.theta * Base(0.5));
     // cos h and sin h of the heading h midway between the last and the present one.
     const Scalar cosine = heading.cosine * half.cosine + heading.sine * half.sine;
     const Scalar sine = heading.sine * half.cosine - heading.cosine * half.sine;
-    const Base share = Base(1) / Base(intervals_);
     const Scalar way = (moved.x * cosine + moved.y * sine) * share;
     const Scalar turn = moved.theta * share;
-    intervals_ = 1;
     const Scalar alignment = M::heading(world_error.theta).cosine;
     return {alignment * (sample_time * reference.v) - way, zero,
             sample_time * reference.omega - turn};

@@ -23,6 +23,7 @@ template <class Law, class Scalar>
 class Bumpless {
  public:
   using Base = base_t<Scalar>;
+  using Structure = typename Law::Structure;
   static_assert(!detail::stops_by_itself<Law>,
                 "put Guarded around Bumpless: a stop must not be blended");
 
@@ -48,6 +49,7 @@ class Bumpless {
   constexpr TorquePair<Scalar> repeat(const ReferenceSample<Base>& reference) noexcept {
     return blend(law_.repeat(reference));
   }
+  constexpr void miss() noexcept { law_.miss(); }
 
   constexpr void reset() noexcept {
     law_.reset();

@@ -38,7 +38,9 @@ class Guarded {
                                     const ReferenceSample<Base>& reference) noexcept {
     if (!usable(measured) || !usable(reference)) {
       if (bridge_ == Bridge::repeat) return missed(reference);
-      return bridged() ? last_ : (last_ = none());
+      if (!bridged()) return last_ = none();
+      law_.miss();
+      return last_;
     }
     if (fault_ == Fault::stopped) law_.reset_to(measured, reference);
     without_ = 0;
@@ -50,7 +52,9 @@ class Guarded {
   // memory keeps pace with time, and adds the present feedforward.
   constexpr TorquePair<Scalar> missed(const ReferenceSample<Base>& reference) noexcept {
     if (!bridged()) return last_ = none();
-    return usable(reference) ? last_ = law_.repeat(reference) : last_;
+    if (usable(reference)) return last_ = law_.repeat(reference);
+    law_.miss();
+    return last_;
   }
 
   constexpr void reset() noexcept {
@@ -79,10 +83,15 @@ class Guarded {
     return M::absolute(reference.x) <= farthest && M::absolute(reference.y) <= farthest &&
            M::absolute(reference.theta) <= farthest && M::absolute(reference.v) <= farthest &&
            M::absolute(reference.tau_left) <= farthest &&
-           M::absolute(reference.tau_right) <= farthest;
+           M::absolute(reference.tau_right) <= farthest && usable_turn_rate(reference.omega);
   }
 
  private:
+  // The tracking law alone reads it.
+  static constexpr bool usable_turn_rate(Base omega) noexcept {
+    return !Law::Structure::has_tracking_law || math<Base>::absolute(omega) <= farthest;
+  }
+
   static constexpr TorquePair<Scalar> none() noexcept { return {Scalar(0), Scalar(0)}; }
 
   // Counts a sample without a measurement. Before the first one there is nothing to bridge from.

@@ -10,12 +10,17 @@ constexpr const char* controller_format = "nfopidn-controller";
 // Version 2 has sample_time. In a document of version 1 it is unknown.
 constexpr int controller_version = 2;
 
+// A scenario's robot that differs by more than this share from the one that gains are made for is
+// warned about.
+constexpr double robot_tolerance = 0.2;
+
 // Settings from which taps are fused: a controller of free taps has none.
 constexpr const char* fused_fields[] = {"gains", "alpha", "sigma", "generator"};
 
 inline Json write_controller(const ControllerDesign& design) {
   Json document = {{"format", controller_format}, {"version", controller_version}};
   document.update(write_settings<ControllerSettings<double>>(design));
+  if (design.robot) document["robot"] = write_settings(*design.robot);
   if (design.taps.empty()) return document;
   for (const char* key : fused_fields) document.erase(key);
   document["taps"] = Json::array();
@@ -112,6 +117,33 @@ inline Outcome explain_sample_time(const ControllerSettings<double>& settings, d
                               " s (nfopidn.fractional.retune converts gains)"};
 }
 
+// What of a robot is off the one that the gains are made for; empty: nothing, or that one is not
+// known.
+inline std::string explain_robot(const ControllerDesign& design, const Robot<double>& robot) {
+  std::string text;
+  if (!design.robot) return text;
+  Robot<double>::fields([&](const auto& field) {
+    const double own = (*design.robot).*field.member;
+    const double there = robot.*field.member;
+    if (std::abs(there / own - 1) <= robot_tolerance + 1e-9) return;
+    text += (text.empty() ? "the controller is made for another robot: its " : ", its ") +
+            std::string(field.name) + " is " + number_text(own) + " " + field.unit +
+            ", the scenario's " + number_text(there);
+  });
+  return text;
+}
+
+// Of a document without one it is not known.
+inline Outcome read_design_robot(const Json& document, std::optional<Robot<double>>& robot) {
+  robot.reset();
+  const auto found = document.find("robot");
+  if (found == document.end() || found->is_null()) return {};
+  Robot<double> given;
+  Outcome outcome = read_settings(*found, "robot", given);
+  if (outcome) robot = given;
+  return outcome;
+}
+
 inline Outcome read_controller(const Json& document, ControllerDesign& result) {
   if (Outcome outcome = json::check_header(document, controller_format, controller_version);
       !outcome) {
@@ -135,7 +167,8 @@ inline Outcome read_controller(const Json& document, ControllerDesign& result) {
     return {Status::inconsistent, "sample_time is known from version 2 on; version is 1"};
   }
   ControllerSettings<double>& settings = design;
-  Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps"});
+  Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps", "robot"});
+  if (outcome) outcome = read_design_robot(document, design.robot);
   if (outcome && taps != document.end()) outcome = read_taps(*taps, design);
   if (outcome) outcome = explain_consistency(design);
   if (outcome) result = std::move(design);

@@ -90,6 +90,25 @@ inline ControllerDesign tuned_nominal() {
   return settings;
 }
 
+// The tracking law with gains that a covariance matrix adaptation found, outside this repository,
+// over 132 scenarios of the paper's robot: other plants, paths and speeds, and with a delay of one
+// sample. They are in the order of TrackingNames. For another robot, sample time, torque limit and
+// peak speed they are scaled (docs/theory.md).
+inline ControllerDesign recommended_tracking(const TrackingScale& scale = {}) {
+  static constexpr double found[] = {
+      12.40179642034419,     1.9658935275626521,  1.1367936836850892, 0.6484296971523478,
+      0.3174125644783265,    0.22310207698088796, 1.5529383242550163, 7.89030905859618,
+      2.8021984252995824,    0.8813775149502812,  1.2562952996039327, 0.23265803599561666,
+      0.08290153936448774,   0.23954968730040926, 0.0222947325901342, 0.0016840587810797775,
+      0.0010091033347185492, 0.9925295518114412,  0.15459832580137808};
+  ControllerDesign design(tracking_structure().settings);
+  set_tracking_parameters(design,
+                          scaled_tracking_parameters({std::begin(found), std::end(found)}, scale));
+  design.sample_time = scale.sample_time;
+  design.robot = scale.robot;
+  return design;
+}
+
 inline constexpr const char* channel_names[] = {"x", "y", "theta"};
 
 // Of free taps.
@@ -184,6 +203,7 @@ void tracking_numbers(const Structure& structure, const std::vector<Number>& x, 
   if (structure.parameters == ParameterSet::tracking) {
     TrackingNames<Number>::each(
         law, [&, next = x.data()](auto, Number& value, auto) mutable { value = *next++; });
+    use_net(settings.net, law);
   } else {
     for (std::size_t channel = 0; channel < channel_count; ++channel) {
       const auto [gains, orders] = channel_parameters(structure.parameters, x, channel);

@@ -8,6 +8,7 @@
 
 #include "nfopidn/control/controller_design.hpp"
 #include "nfopidn/control/law_parameters.hpp"
+#include "nfopidn/simulation/scenario.hpp"
 
 namespace nfopidn {
 
@@ -20,11 +21,17 @@ struct ParameterBounds {
 
 // What gains of the tracking law are in proportion to: docs/theory.md has the rules.
 struct TrackingScale {
-  Robot<double> robot;          // the paper's
-  double sample_time = 0.2;     // [s]
-  double torque_limit = 3.078;  // [N m]
-  double peak_speed = 0.335;    // of the reference [m/s]
+  Robot<double> robot;                     // the paper's
+  double sample_time = 0.2;                // [s]
+  double torque_limit = 3.078;             // [N m]
+  double peak_speed = 0.3350698998007755;  // of the reference [m/s]; the published scenario's
 };
+
+inline TrackingScale tracking_scale(const Scenario& scenario) {
+  const Trajectory& path = scenario.trajectory;
+  return {scenario.robot, path.dt(), scenario.torque_limit,
+          std::max(path.peak_speed(), least_speed_scale)};
+}
 
 // All that a law with the tracking law is made of, in any number type.
 template <class Number>
@@ -47,6 +54,19 @@ LawNumbers<Number> law_numbers(const ControllerSettings<double>& settings) {
   }
   law.tracking = tracking_gains<Number>(settings);
   return law;
+}
+
+// The searched speed gains and orders are those of the error's own derivative where the net is made
+// of errors alone, so that a search can tell what the speed errors are worth.
+template <class Number>
+void use_net(Net net, LawNumbers<Number>& law) {
+  if (net != Net::whole) return;
+  law.gains[2] = law.tracking.speed_gain_x;
+  law.gains[8] = law.tracking.speed_gain_theta;
+  law.alpha[0] = law.tracking.speed_order_x;
+  law.alpha[2] = law.tracking.speed_order_theta;
+  const Number zero = Number(base_t<Number>(0));
+  law.tracking.speed_gain_x = law.tracking.speed_gain_theta = zero;
 }
 
 // What a parameter scales with when robot, sample time, limit or path are others.
@@ -98,6 +118,12 @@ struct TrackingNames {
   }
 };
 
+// A ratio, or 1 where the two differ by roundings alone: the paper's scenario has the paper's box.
+inline double scale_ratio(double value, double paper) {
+  const double ratio = value / paper;
+  return std::abs(ratio - 1) < 1e-9 ? 1 : ratio;
+}
+
 // How much larger a parameter of this unit is than on the paper's robot in the paper's scenario.
 inline double tracking_factor(TrackingUnit unit, const TrackingScale& scale) {
   const TrackingScale paper;
@@ -105,7 +131,7 @@ inline double tracking_factor(TrackingUnit unit, const TrackingScale& scale) {
   const auto steer = [](const Robot<double>& robot) {
     return robot.inertia * robot.wheel_radius / robot.track_width;
   };
-  const double pace = scale.sample_time / paper.sample_time;
+  const double pace = scale_ratio(scale.sample_time, paper.sample_time);
   switch (unit) {
     case TrackingUnit::drive_gain:
       return drive(scale.robot) / drive(paper.robot);
@@ -120,24 +146,27 @@ inline double tracking_factor(TrackingUnit unit, const TrackingScale& scale) {
     case TrackingUnit::steer_integral_gain:
       return steer(scale.robot) / steer(paper.robot) * pace;
     case TrackingUnit::torque:
-      return scale.torque_limit / paper.torque_limit;
+      return scale_ratio(scale.torque_limit, paper.torque_limit);
     case TrackingUnit::speed:
-      return scale.peak_speed / paper.peak_speed;
+      return scale_ratio(scale.peak_speed, paper.peak_speed);
     default:
       return 1;
   }
+}
+
+// A parameter of the paper's robot in the paper's scenario, for another.
+inline double scaled_parameter(TrackingUnit unit, double value, const TrackingScale& scale) {
+  if (unit != TrackingUnit::retention) return value * tracking_factor(unit, scale);
+  const double pace = scale_ratio(scale.sample_time, TrackingScale().sample_time);
+  return pace == 1 ? value : std::pow(value, pace);
 }
 
 inline std::vector<ParameterBounds> tracking_bounds(const TrackingScale& scale) {
   std::vector<ParameterBounds> bounds;
   LawNumbers<double> law = {};
   TrackingNames<double>::each(law, [&](const char* name, double&, const TrackingBound& bound) {
-    const double factor = tracking_factor(bound.unit, scale);
-    double low = bound.low * factor;
-    if (bound.unit == TrackingUnit::retention) {
-      low = std::pow(low, scale.sample_time / TrackingScale().sample_time);
-    }
-    bounds.push_back({name, low, bound.high * factor, bound.power});
+    bounds.push_back({name, scaled_parameter(bound.unit, bound.low, scale),
+                      scaled_parameter(bound.unit, bound.high, scale), bound.power});
   });
   return bounds;
 }
@@ -148,9 +177,11 @@ inline void set_tracking_parameters(ControllerSettings<double>& s, const std::ve
   const double* next = x.data();
   TrackingNames<double>::each(
       law, [&](const char*, double& number, const TrackingBound&) { number = *next++; });
-  s.gains[0][0] = law.gains[0];
-  s.gains[1][0] = law.gains[3];
-  s.gains[2][0] = law.gains[6];
+  use_net(s.net, law);
+  for (int channel = 0; channel < channel_count; ++channel) {
+    std::copy_n(law.gains + 3 * channel, 3, s.gains[channel]);
+  }
+  std::copy_n(law.alpha, channel_count, s.alpha);
   const TrackingGains<double>& t = law.tracking;
   s.speed_gain_x = t.speed_gain_x;
   s.speed_gain_theta = t.speed_gain_theta;
@@ -171,9 +202,27 @@ inline void set_tracking_parameters(ControllerSettings<double>& s, const std::ve
 }
 inline std::vector<double> tracking_parameters(const ControllerSettings<double>& settings) {
   LawNumbers<double> law = law_numbers<double>(settings);
+  if (settings.net == Net::whole) {
+    law.tracking.speed_gain_x = law.gains[2];
+    law.tracking.speed_gain_theta = law.gains[8];
+    law.tracking.speed_order_x = law.alpha[0];
+    law.tracking.speed_order_theta = law.alpha[2];
+  }
   std::vector<double> x;
   TrackingNames<double>::each(
       law, [&](const char*, double& number, const TrackingBound&) { x.push_back(number); });
+  return x;
+}
+
+// Parameters found for the paper's robot in the paper's scenario, for another.
+inline std::vector<double> scaled_tracking_parameters(std::vector<double> x,
+                                                      const TrackingScale& scale) {
+  LawNumbers<double> law = {};
+  double* next = x.data();
+  TrackingNames<double>::each(law, [&](const char*, double&, const TrackingBound& bound) {
+    *next = scaled_parameter(bound.unit, *next, scale);
+    ++next;
+  });
   return x;
 }
 
