@@ -1,7 +1,7 @@
 // The closed loop over lanes, for whatever instruction set the including unit is compiled for.
 #pragma once
 
-#include "lanes_math.hpp"
+#include "lanes_motion.hpp"
 #include "nfopidn/loop/closed_loop.hpp"
 #include "nfopidn/math/dual.hpp"
 #include "nfopidn/tuning/batch_job.hpp"

@@ -20,7 +20,6 @@ struct math<Lanes<width, count>> : private Instructions<width> {
   static constexpr Base pi = 3.14159265358979323846;
   using Constants = kernel::Coefficients<double>;
   static constexpr Base net_scale = 0.32181959892097086843;
-  static constexpr bool has_order = false;
 
   static constexpr Base magic = 6755399441055744.0;  // 1.5 * 2^52: rounds to whole numbers
 
@@ -85,11 +84,24 @@ struct math<Lanes<width, count>> : private Instructions<width> {
     return any_heading(wrap(angle));
   }
 
+  // Of angles that are small_angle at most.
+  NFOPIDN_INLINE static Heading<Scalar> small_heading(const Scalar& angle) {
+    Real square[count];
+    for (int i = 0; i < count; ++i) square[i] = angle.part[i] * angle.part[i];
+    return small_heading(angle, square);
+  }
+
+  // Whole numbers, ties to even.
+  NFOPIDN_INLINE static Scalar nearest(const Scalar& value) {
+    Scalar whole = value + magic;
+    for (auto& part : whole.part) part = kernel::opaque<Real>(kernel::opaque<Real>(part) - magic);
+    return whole;
+  }
+
   // To [-pi, pi].
   NFOPIDN_INLINE static Scalar wrap(const Scalar& angle) {
     constexpr Base whole[] = {4 * Constants::half_pi[0], 4 * Constants::half_pi[1]};
-    Scalar turns = angle * (1 / (2 * pi)) + magic;
-    for (auto& part : turns.part) part = kernel::opaque<Real>(kernel::opaque<Real>(part) - magic);
+    const Scalar turns = nearest(angle * (1 / (2 * pi)));
     return (angle - turns * whole[0]) - turns * whole[1];
   }
 
@@ -188,6 +200,10 @@ struct math<Lanes<width, count>> : private Instructions<width> {
       farthest = farther(farther(farthest, a.part[i]), b.part[i]);
     }
     return !any_over(farthest, limit);
+  }
+  // The components in [-limit, limit].
+  NFOPIDN_INLINE static Mask within_each(const Scalar& a, Base limit) {
+    return maximum(a, a * -1.0) <= limit;
   }
   NFOPIDN_INLINE static Mask both(const Mask& a, const Mask& b) { return a & b; }
   NFOPIDN_INLINE static Mask either(const Mask& a, const Mask& b) { return a | b; }

@@ -116,9 +116,33 @@ TEST(Batch, AgreesAtTheTorqueLimit) {
   }
 }
 
-TEST(Batch, RunsTheExactIntegratorOneByOne) {
+// The published gains leave the path where the motion is exact, and there a rounding grows to any
+// size.
+ControllerSettings<double> gentle_settings() {
+  ControllerSettings<double> settings = steady_settings(Form::incremental);
+  settings.lateral = Lateral::speed;
+  return settings;
+}
+
+TEST(Batch, AgreesWithTheExactIntegrator) {
   Scenario scenario = Scenario::published();
   scenario.integrator = Integrator::exact;
+  expect_equal_costs(scenario, gentle_settings(), 37, 0.1, "exact");
+  scenario.substeps = 2;
+  scenario.viscous_friction = 0.01;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, viscous");
+  scenario.viscous_friction = 0;
+  scenario.coulomb_friction = 0.03;
+  scenario.disturbance = {{0.1, 0.02}};
+  scenario.pose_noise = {0.001, 0.002};
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, friction, noise");
+}
+
+TEST(Batch, RunsBothKindsOfFrictionOneByOneWhereTheMotionIsExact) {
+  Scenario scenario = Scenario::published();
+  scenario.integrator = Integrator::exact;
+  scenario.viscous_friction = 0.01;
+  scenario.coulomb_friction = 0.02;
   const Candidates candidates = make_candidates({}, 5, 0.1);
   const BatchEvaluator evaluator(prepare(scenario), {});
   std::vector<double> costs(5);
@@ -165,6 +189,11 @@ TEST(Gradient, IsThatOfDifferences) {
   scenario.integrator = Integrator::exact;
   scenario.viscous_friction = 0.01;
   expect_gradient(scenario, {}, "exact integrator ");
+  scenario.viscous_friction = 0;
+  scenario.coulomb_friction = 0.02;
+  expect_gradient(scenario, gentle_settings(), "exact integrator with friction ");
+  scenario.viscous_friction = 0.01;
+  expect_gradient(scenario, gentle_settings(), "exact integrator with both ");
 }
 
 // With a torque limit that is met. The rule hold jumps there, and has no slope.

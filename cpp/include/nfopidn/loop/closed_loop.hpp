@@ -60,7 +60,13 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop,
     const Measurement<Scalar> exact = {state.x, state.y, state.theta, state.v, state.omega};
     Channels<Scalar> error = plain_errors(exact, reference);
     // Diverged lanes count as being on the reference: the others keep their shorter way through.
-    if (!meter.all_running()) error = meter.of_running(error);
+    if (!meter.all_running()) {
+      error = meter.of_running(error);
+      if (plant.is_exact()) {
+        state.v = meter.if_running(state.v, reference.v);
+        state.omega = meter.if_running(state.omega, reference.omega);
+      }
+    }
     const Heading<Scalar> heading = heading_tracker.track(error.theta, state.theta, inputs, k);
     // Act.
     ReferenceSample<Base> shown = reference;

@@ -45,6 +45,10 @@ class CostMeter {
     return {M::select(running_, error.x, zero), M::select(running_, error.y, zero),
             M::select(running_, error.theta, zero)};
   }
+  // Another value where a component has diverged.
+  constexpr Scalar if_running(const Scalar& value, Base other) const {
+    return M::select(running_, value, Scalar(other));
+  }
 
   // Counts `samples` more as missing.
   constexpr void miss(int samples) {

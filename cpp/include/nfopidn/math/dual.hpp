@@ -77,7 +77,6 @@ struct math<Dual<Value, Slope>> {
   using Mask = typename P::Mask;
 
   static constexpr Base net_scale = P::net_scale;
-  static constexpr bool has_order = P::has_order && std::is_same_v<Value, Slope>;
 
   NFOPIDN_INLINE static Heading<Scalar> heading(const Scalar& angle) {
     const Heading<Value> h = P::heading(angle.value);

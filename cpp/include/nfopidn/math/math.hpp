@@ -78,7 +78,6 @@ struct math {
 
   static constexpr Base pi = Base(3.14159265358979323846);
   static constexpr Base net_scale = Base(1);  // internal net units in one of eq. 34
-  static constexpr bool has_order = true;     // comparisons give one answer, so code may branch
 
   // Nearest whole number, ties to even, for |value| < 2^(mantissa_bits - 2).
   static constexpr Scalar nearest(Scalar value) {

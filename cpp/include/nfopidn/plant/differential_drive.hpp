@@ -37,8 +37,9 @@ class DifferentialDrive {
         substeps_(substeps),
         has_friction_(friction.viscous != Base(0) || friction.coulomb != Base(0)) {}
 
-  // `heading` is that of state.theta; `outside` may be null. The exact integrator needs a Scalar
-  // with an order.
+  constexpr bool is_exact() const { return integrator_ == Integrator::exact; }
+
+  // `heading` is that of state.theta; `outside` may be null.
   template <class Scalar>
   NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
                                         const TorquePair<Scalar>& torque,
@@ -48,16 +49,15 @@ class DifferentialDrive {
       for (int i = 1; i < substeps_; ++i) {
         euler(state, math<Scalar>::heading(state.theta), torque, outside);
       }
-    } else if constexpr (math<Scalar>::has_order) {
+    } else {
       const Disturbance<Base> calm = {Base(0), Base(0)};
       const Disturbance<Base>& acting = outside != nullptr ? *outside : calm;
       const Scalar linear = acceleration_.linear(torque, acting);
       const Scalar angular = acceleration_.angular(torque, acting);
       // Moved in a copy: the caller's state never leaves its registers.
       State<Scalar> moved = state;
-      for (int i = 0; i < substeps_; ++i) {
-        exact_motion(acceleration_, friction_, step_, linear, angular, moved);
-      }
+      ExactMotion<Scalar>::advance(acceleration_, friction_, step_, substeps_, linear, angular,
+                                   heading, moved);
       state = moved;
     }
   }

@@ -20,27 +20,26 @@ constexpr Base rounding = Base(4096) * kernel::Coefficients<Base>::epsilon;
 
 // The first time in (0, span] at which the function, positive just after 0, becomes negative;
 // span if it does not. The function rises and falls at most once each, `slope` being its
-// derivative; a dip below zero no deeper than rounding errors is none.
+// derivative; a dip below zero no deeper than rounding errors is none. Both take times of either
+// type and give numbers of the same: the search needs none of a dual number's slopes.
 template <class Scalar, class Base, class Function, class Slope>
 constexpr Scalar first_crossing(const Function& function, const Slope& slope, Base span) {
-  const auto value = [&](Base t) { return math<Scalar>::value(function(Scalar(t))); };
-  const auto slope_value = [&](Base t) { return math<Scalar>::value(slope(Scalar(t))); };
   constexpr int bisections = 60;
   Base low = Base(0);
   Base high = span;
-  if (!(value(span) < Base(0))) {
-    if (!(slope_value(Base(0)) < Base(0))) return Scalar(span);
+  if (!(function(span) < Base(0))) {
+    if (!(slope(Base(0)) < Base(0))) return Scalar(span);
     for (int i = 0; i < bisections; ++i) {  // to the bottom of the dip
       const Base middle = (low + high) * Base(0.5);
-      (slope_value(middle) < Base(0) ? low : high) = middle;
+      (slope(middle) < Base(0) ? low : high) = middle;
     }
-    if (!(value(low) < -rounding<Base>)) return Scalar(span);
+    if (!(function(low) < -rounding<Base>)) return Scalar(span);
     high = low;
     low = Base(0);
   }
   for (int i = 0; i < bisections; ++i) {
     const Base middle = (low + high) * Base(0.5);
-    (value(middle) < Base(0) ? high : low) = middle;
+    (function(middle) < Base(0) ? high : low) = middle;
   }
   // One Newton step in Scalar gives a dual number its partials.
   const Scalar root = Scalar(high);
@@ -77,8 +76,9 @@ class Stepper {
   }
 
  private:
-  constexpr Scalar wheel(int side, const Scalar& v, const Scalar& omega) const {
-    const Scalar turn = omega * (side == 0 ? friction_.half_track : -friction_.half_track);
+  template <class T>
+  constexpr T wheel(int side, const T& v, const T& omega) const {
+    const T turn = omega * (side == 0 ? friction_.half_track : -friction_.half_track);
     return (v + turn) * (Base(1) / friction_.wheel_radius);
   }
 
@@ -138,13 +138,15 @@ class Stepper {
     Scalar time = rest;
     int stops = -1;
     for (int side = 0; watch && side < 2; ++side) {
-      const auto speed = [&](const Scalar& t) {
-        return wheel(side, motion.speed(t), motion.turning(t)) * sign_[side];
+      const auto speed = [&](auto t) {
+        const auto speeds = as<decltype(t)>(motion);
+        return wheel(side, speeds.speed(t), speeds.turning(t)) * sign_[side];
       };
-      const auto slope = [&](const Scalar& t) {
-        const Scalar v = motion.acceleration * remaining(motion.rate, t);
-        const Scalar omega = motion.turn_acceleration * remaining(motion.turn_rate, t);
-        return wheel(side, v, omega) * sign_[side];
+      const auto slope = [&](auto t) {
+        const auto gains = as<decltype(t)>(motion);
+        return wheel(side, gains.acceleration * remaining(motion.rate, t),
+                     gains.turn_acceleration * remaining(motion.turn_rate, t)) *
+               sign_[side];
       };
       const Scalar crossing = first_crossing<Scalar>(speed, slope, span);
       if (M::value(crossing) < M::value(time)) {
@@ -170,22 +172,27 @@ class Stepper {
     const Scalar start = wheel(moving, state_.v, state_.omega);
     const Base rate = viscous * (a - b * b / a);
     const Scalar gain = driven - held * (b / a) - start * rate;
-    const auto moved = [&](const Scalar& t) { return start + gain * decay(rate, t).phi; };
+    const auto moved = [&](auto t) {
+      using T = decltype(t);
+      return as<T>(start) + as<T>(gain) * decay<T, Base, Scalar>(rate, t).phi;
+    };
     // The friction that holds the stuck wheel, and how it changes.
-    const auto hold = [&](const Scalar& t) { return (moved(t) * (b * viscous) - held) * (1 / a); };
-    const auto hold_slope = [&](const Scalar& t) {
-      return gain * remaining(rate, t) * (b * viscous / a);
+    const auto hold = [&](auto t) {
+      return (moved(t) * (b * viscous) - as<decltype(t)>(held)) * (1 / a);
+    };
+    const auto hold_slope = [&](auto t) {
+      return as<decltype(t)>(gain) * remaining(rate, t) * (b * viscous / a);
     };
     const Base c = friction_.coulomb;
     const Base span = M::value(rest);
     const Scalar stop = first_crossing<Scalar>(
-        [&](const Scalar& t) { return moved(t) * sign_[moving]; },
-        [&](const Scalar& t) { return gain * remaining(rate, t) * sign_[moving]; }, span);
+        [&](auto t) { return moved(t) * sign_[moving]; },
+        [&](auto t) { return as<decltype(t)>(gain) * remaining(rate, t) * sign_[moving]; }, span);
     const Scalar up =
-        first_crossing<Scalar>([&](const Scalar& t) { return Scalar(c) - hold(t); },
-                               [&](const Scalar& t) { return hold_slope(t) * Base(-1); }, span);
-    const Scalar down = first_crossing<Scalar>([&](const Scalar& t) { return Scalar(c) + hold(t); },
-                                               hold_slope, span);
+        first_crossing<Scalar>([&](auto t) { return decltype(t)(c) - hold(t); },
+                               [&](auto t) { return hold_slope(t) * Base(-1); }, span);
+    const Scalar down =
+        first_crossing<Scalar>([&](auto t) { return decltype(t)(c) + hold(t); }, hold_slope, span);
     Scalar time = rest;
     bool stops = false;
     if (watch && M::value(stop) < M::value(time)) {
@@ -207,7 +214,30 @@ class Stepper {
   }
 
   // e^{-rate t}
-  static constexpr Scalar remaining(Base rate, const Scalar& t) { return decay(rate, t).left; }
+  template <class T>
+  static constexpr T remaining(Base rate, const T& t) {
+    return decay<T, Base, Scalar>(rate, t).left;
+  }
+
+  // A number or a motion, without its slopes where T has none.
+  template <class T>
+  static constexpr T as(const Scalar& number) {
+    if constexpr (traits::is_same<T, Scalar>) {
+      return number;
+    } else {
+      return M::value(number);
+    }
+  }
+  template <class T>
+  static constexpr ExponentialMotion<T, Base, Scalar> as(
+      const ExponentialMotion<Scalar, Base>& motion) {
+    return {as<T>(motion.v),
+            as<T>(motion.omega),
+            as<T>(motion.acceleration),
+            as<T>(motion.turn_acceleration),
+            motion.rate,
+            motion.turn_rate};
+  }
 
   const Acceleration<Base>& acceleration_;
   const FrictionCoefficients<Base>& friction_;
@@ -240,5 +270,20 @@ NFOPIDN_NOINLINE constexpr void exact_motion(const Acceleration<Base>& accelerat
       friction.angular_rate};
   exact::travel(motion, Scalar(span), state);
 }
+
+// Several such steps, `heading` being that of the first state. Lanes specialise it: what they
+// decide differs from lane to lane.
+template <class Scalar>
+struct ExactMotion {
+  template <class Base>
+  static constexpr void advance(const Acceleration<Base>& acceleration,
+                                const FrictionCoefficients<Base>& friction, Base span, int steps,
+                                const Scalar& linear, const Scalar& angular,
+                                const Heading<Scalar>& /*heading*/, State<Scalar>& state) {
+    for (int i = 0; i < steps; ++i) {
+      exact_motion(acceleration, friction, span, linear, angular, state);
+    }
+  }
+};
 
 }  // namespace nfopidn

@@ -31,8 +31,8 @@ InstructionSet best_instruction_set() noexcept;
 BatchKernels batch_kernels(InstructionSet set) noexcept;
 
 // One scenario and structure, many candidates. The costs are the same to the last bit on every
-// instruction set and in any company. Scenarios with the exact integrator and memories
-// beyond 32 run one candidate at a time.
+// instruction set and in any company. Memories beyond 32 run one candidate at a time, and so do
+// scenarios with the exact integrator and both viscous and Coulomb friction.
 class BatchEvaluator {
  public:
   // The scenario behind `run` must outlive this.
@@ -47,9 +47,12 @@ class BatchEvaluator {
   }
 
   void set_instruction_set(InstructionSet set) {
-    const bool wide = run_.scenario->integrator == Integrator::semi_implicit_euler &&
-                      tap_count() <= batch_capacity;
-    kernels_ = wide ? batch_kernels(set) : BatchKernels{};
+    kernels_ = tap_count() <= batch_capacity ? batch_kernels(set) : BatchKernels{};
+    const Scenario& scenario = *run_.scenario;
+    // The events of this motion have no closed form, which the lanes' need.
+    const bool bent = scenario.integrator == Integrator::exact && scenario.viscous_friction > 0 &&
+                      scenario.coulomb_friction > 0;
+    if (bent) kernels_.costs = nullptr;
   }
 
   int tap_count() const { return structure_.memory + 2; }

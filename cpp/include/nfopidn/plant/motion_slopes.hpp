@@ -1,0 +1,90 @@
+// L1. The slopes of an exponential motion, for dual numbers: the partial derivatives of where it
+// ends are integrals like the path's own, taken once for all directions of the slopes.
+#pragma once
+
+#include "nfopidn/foundation/traits.hpp"
+#include "nfopidn/plant/relaxation.hpp"
+
+namespace nfopidn {
+
+namespace exact {
+
+// Dual numbers, by what they have.
+template <class Scalar, class = void>
+constexpr bool has_slopes = false;
+template <class Scalar>
+constexpr bool has_slopes<Scalar, traits::void_t<decltype(traits::declval<Scalar&>().slope)>> =
+    traits::is_same<decltype(Scalar::value), base_t<Scalar>>;
+
+// Partial derivatives of the way along x and y.
+template <class Base>
+struct Partials {
+  Base x = Base(0);
+  Base y = Base(0);
+
+  constexpr void add(Base weight, Base x_part, Base y_part) {
+    x = x + weight * x_part;
+    y = y + weight * y_part;
+  }
+};
+
+template <class Scalar, class Base>
+constexpr void travel_with_slopes(const ExponentialMotion<Scalar, Base>& motion, const Scalar& time,
+                                  State<Scalar>& state) {
+  using Rule = Quadrature<Base>;
+  using M = math<Base>;
+  const ExponentialMotion<Base, Base> values = {
+      motion.v.value, motion.omega.value, motion.acceleration.value, motion.turn_acceleration.value,
+      motion.rate,    motion.turn_rate};
+  const Base span = time.value;
+  const int panels = panels_for(motion, span);
+  const Base half = span * (Base(0.5) / Base(panels));
+  Partials<Base> way, speed, gain, turning, bend;  // sums, and theirs by the motion's four numbers
+  for (int panel = 0; panel < panels; ++panel) {
+    for (int node = 0; node < Rule::count; ++node) {
+      const Base t = half * (Base(2 * panel + 1) + Rule::abscissa(node));
+      const Decay<Base> linear = decay<Base, Base, Scalar>(values.rate, t);
+      const Decay<Base> angular = decay<Base, Base, Scalar>(values.turn_rate, t);
+      const Base angle = values.omega * t + values.turn_acceleration * angular.psi;
+      const Heading<Base> heading = M::heading(state.theta.value + angle);
+      const Base weight = Rule::weight(node);
+      const Base distance = (values.v + values.acceleration * linear.phi) * weight;
+      way.add(distance, heading.cosine, heading.sine);
+      speed.add(weight, heading.cosine, heading.sine);
+      gain.add(weight * linear.phi, heading.cosine, heading.sine);
+      turning.add(distance * t, -heading.sine, heading.cosine);
+      bend.add(distance * angular.psi, -heading.sine, heading.cosine);
+    }
+  }
+  const Decay<Base> linear = decay<Base, Base, Scalar>(values.rate, span);
+  const Decay<Base> angular = decay<Base, Base, Scalar>(values.turn_rate, span);
+  const Base turned = values.omega * span + values.turn_acceleration * angular.psi;
+  const Heading<Base> last = M::heading(state.theta.value + turned);
+  const Base last_speed = values.v + values.acceleration * linear.phi;
+  const Base last_turning = values.omega + values.turn_acceleration * angular.phi;
+  const auto slope = [&](Base by_theta, Base by_speed, Base by_gain, Base by_turning, Base by_bend,
+                         Base by_time) {
+    return state.theta.slope * by_theta + motion.v.slope * by_speed +
+           motion.acceleration.slope * by_gain + motion.omega.slope * by_turning +
+           motion.turn_acceleration.slope * by_bend + time.slope * by_time;
+  };
+  state.x.slope = state.x.slope + slope(-half * way.y, half * speed.x, half * gain.x,
+                                        half * turning.x, half * bend.x, last_speed * last.cosine);
+  state.y.slope = state.y.slope + slope(half * way.x, half * speed.y, half * gain.y,
+                                        half * turning.y, half * bend.y, last_speed * last.sine);
+  state.theta.slope = state.theta.slope + motion.omega.slope * span +
+                      motion.turn_acceleration.slope * angular.psi + time.slope * last_turning;
+  state.v.slope = motion.v.slope + motion.acceleration.slope * linear.phi +
+                  time.slope * (values.acceleration * linear.left);
+  state.omega.slope = motion.omega.slope + motion.turn_acceleration.slope * angular.phi +
+                      time.slope * (values.turn_acceleration * angular.left);
+  state.x.value = state.x.value + way.x * half;
+  state.y.value = state.y.value + way.y * half;
+  state.theta.value = state.theta.value + turned;
+  state.v.value = last_speed;
+  state.omega.value = last_turning;
+}
+
+}  // namespace exact
+
+}  // namespace nfopidn

@@ -1,0 +1,130 @@
+// The exact motion of lanes against that of a single number, step by step.
+#include "batch/lanes_motion.hpp"
+#include "motion.hpp"
+
+namespace nfopidn::test {
+namespace {
+
+using Wide = Lanes<2, 2>;
+
+struct Step {
+  State<double> state[Wide::size];
+  TorquePair<double> torque[Wide::size];
+};
+
+std::array<State<double>, Wide::size> moved_together(const DifferentialDrive<double>& plant,
+                                                     const Disturbance<double>& outside,
+                                                     const Step& step) {
+  State<Wide> state;
+  TorquePair<Wide> torque;
+  for (int lane = 0; lane < Wide::size; ++lane) {
+    const State<double>& s = step.state[lane];
+    state.x.set(lane, s.x);
+    state.y.set(lane, s.y);
+    state.theta.set(lane, s.theta);
+    state.v.set(lane, s.v);
+    state.omega.set(lane, s.omega);
+    torque.left.set(lane, step.torque[lane].left);
+    torque.right.set(lane, step.torque[lane].right);
+  }
+  plant.advance(state, math<Wide>::heading(state.theta), torque, &outside);
+  std::array<State<double>, Wide::size> result;
+  for (int lane = 0; lane < Wide::size; ++lane) {
+    result[static_cast<std::size_t>(lane)] = {state.x.get(lane), state.y.get(lane),
+                                              state.theta.get(lane), state.v.get(lane),
+                                              state.omega.get(lane)};
+  }
+  return result;
+}
+
+// Lanes with speeds up to `speed` and turning rates up to `turning`, some of them with a wheel or
+// both at rest.
+Step random_step(Draws& draw, const Robot<double>& robot, double speed, double turning,
+                 double torque) {
+  Step step;
+  for (int lane = 0; lane < Wide::size; ++lane) {
+    State<double> s = {draw.between(-2, 2), draw.between(-2, 2), draw.between(-9, 9),
+                       draw.between(-speed, speed), draw.between(-turning, turning)};
+    const double kind = draw.between(0, 1);
+    if (kind < 0.2) s.v = s.omega = 0;
+    if (kind > 0.9) s.v = s.omega * robot.track_width * 0.5;
+    step.state[lane] = s;
+    step.torque[lane] = {draw.between(-torque, torque), draw.between(-torque, torque)};
+  }
+  return step;
+}
+
+struct Case {
+  const char* what;
+  double viscous, coulomb;
+  double speed, turning, torque;
+};
+
+constexpr Case cases[] = {
+    {"on a path", 0, 0, 0.5, 2, 0.5},
+    {"saturated", 0, 0, 2, 8, 3},
+    {"spinning", 0, 0, 1, 90, 3},
+    {"viscous", 0.02, 0, 0.5, 2, 0.5},
+    {"viscous, spinning", 0.3, 0, 1, 40, 3},
+    {"friction", 0, 0.1, 0.5, 2, 0.3},
+    {"much friction", 0, 0.6, 0.1, 0.5, 0.7},
+    {"friction, spinning", 0, 0.2, 1, 40, 3},
+};
+
+template <class Check>
+void for_each_step(const Check& check) {
+  Draws draw(31);
+  for (const Case& one : cases) {
+    for (int i = 0; i < 600; ++i) {
+      const Robot<double> robot = some_robots()[static_cast<std::size_t>(i % 3)];
+      const DifferentialDrive<double> plant(robot, {one.viscous, one.coulomb}, Integrator::exact,
+                                            i % 5 == 0 ? 0.02 : 0.2, i % 7 == 0 ? 3 : 1);
+      const Disturbance<double> outside = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
+      check(one, plant, outside, random_step(draw, robot, one.speed, one.turning, one.torque),
+            draw);
+    }
+  }
+}
+
+TEST(LanesMotion, IsThatOfASingleNumber) {
+  int stops = 0;
+  for_each_step([&](const Case& one, const DifferentialDrive<double>& plant,
+                    const Disturbance<double>& outside, const Step& step, Draws&) {
+    const auto together = moved_together(plant, outside, step);
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      State<double> alone = step.state[lane];
+      plant.advance(alone, math<double>::heading(alone.theta), step.torque[lane], &outside);
+      ASSERT_LE(largest_difference(together[static_cast<std::size_t>(lane)], alone), 1e-12)
+          << one.what;
+      if (one.coulomb > 0 && alone.v * step.state[lane].v < 0) ++stops;
+    }
+  });
+  EXPECT_GT(stops, 300);
+}
+
+TEST(LanesMotion, DoesNotDependOnTheNeighbours) {
+  for_each_step([](const Case& one, const DifferentialDrive<double>& plant,
+                   const Disturbance<double>& outside, const Step& step, Draws& draw) {
+    const auto together = moved_together(plant, outside, step);
+    Step other = random_step(draw, Robot<double>::eddie(), 3, draw.between(0, 30), 3);
+    other.state[2] = step.state[2];
+    other.torque[2] = step.torque[2];
+    ASSERT_EQ(largest_difference(moved_together(plant, outside, other)[2], together[2]), 0)
+        << one.what;
+  });
+}
+
+// However fast a lane spins, its step ends, and is no longer than its way.
+TEST(LanesMotion, EndsWhateverTheSpin) {
+  const DifferentialDrive<double> plant(Robot<double>::eddie(), {0, 0}, Integrator::exact, 0.2, 1);
+  for (const double omega : {1e3, 1e5, 1e9, 1e200}) {
+    Step step = {};
+    step.state[1] = {0, 0, 0, 1, omega};
+    const auto end = moved_together(plant, {0, 0}, step);
+    EXPECT_LE(std::hypot(end[1].x, end[1].y), 0.2001) << omega;
+    EXPECT_EQ(end[0].x, 0);
+  }
+}
+
+}  // namespace
+}  // namespace nfopidn::test
