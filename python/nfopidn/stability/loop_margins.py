@@ -185,10 +185,6 @@ class _Linear:
         law = self.allocation * filters.T[:, None, :]
         return np.asarray(-law @ np.moveaxis(plant, 2, 0))
 
-    def filters(self, w: Complex) -> Complex:
-        """Return the channels' filters of the error, (3, N)."""
-        return np.asarray(power_sums(self.taps, w))
-
     def one_loop(self, index: int) -> Response:
         """Return the response of drive (0) or steering (1) with the other loop closed."""
         return lambda frequency: _one_loop(self.at_wheels(frequency), index)
@@ -441,8 +437,7 @@ def margins(
     Raises
     ------
     ValueError
-        If the speed is out of range, the controller's memory beyond 1024 samples, or its law one
-        with some parts of the tracking law and not its speed errors.
+        If the speed is out of range, or the controller's memory beyond 1024 samples.
 
     Examples
     --------
