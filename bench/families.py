@@ -1,0 +1,60 @@
+"""Tune the tracking law over families of scenarios; print the mean and the worst cost of each seed.
+
+Usage: python bench/families.py [--families R G J J++] [--seeds 1 2 3 4 5] [--method bfoa+]
+
+The families are those of docs/theory.md (nfopidn.families.benchmark). Means and worst costs are of
+min(E, 1). With J++ its parts on R and G are printed too.
+"""
+
+import argparse
+import time
+
+import nfopidn
+import numpy as np
+from nfopidn.families import benchmark, simulate_many
+
+
+def costs(family, controller):
+    """Give min(E, 1) of every scenario."""
+    return np.minimum(simulate_many(family, controller).costs, 1.0)
+
+
+def main():
+    """Run the searches that the arguments ask for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--families", nargs="+", default=["R", "G", "J", "J++"])
+    parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3, 4, 5])
+    parser.add_argument("--method", default="bfoa+")
+    parser.add_argument("--maxfev", type=int, default=10_000)
+    parser.add_argument("--save", help="write the controllers to SAVE-FAMILY-SEED.json")
+    arguments = parser.parse_args()
+    print("family  seed  mean E   worst E  parts               seconds")
+    for name in arguments.families:
+        family = benchmark(name)
+        for seed in arguments.seeds:
+            begun = time.perf_counter()
+            result = nfopidn.tune(
+                list(family),
+                structure="tracking",
+                method=arguments.method,
+                maxfev=arguments.maxfev,
+                rng=seed,
+            )
+            seconds = time.perf_counter() - begun
+            found = costs(family, result.controller)
+            parts = ""
+            if name == "J++":
+                for part in ("R", "G"):
+                    of_part = costs(benchmark(part), result.controller)
+                    parts += f"{part} {of_part.mean():.4f}/{of_part.max():.3f} "
+            print(
+                f"{name:6}  {seed:4}  {found.mean():.5f}  {found.max():.4f}  {parts:28}"
+                f"  {seconds:.1f}",
+                flush=True,
+            )
+            if arguments.save:
+                result.controller.save(f"{arguments.save}-{name}-{seed}.json")
+
+
+if __name__ == "__main__":
+    main()
