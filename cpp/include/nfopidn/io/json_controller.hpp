@@ -135,7 +135,8 @@ inline Outcome read_controller(const Json& document, ControllerDesign& result) {
     return {Status::inconsistent, "sample_time is known from version 2 on; version is 1"};
   }
   ControllerSettings<double>& settings = design;
-  Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps"});
+  // What a verdict says of the controller is for those who ask for it: nfopidn.robustness.
+  Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps", "verdict"});
   if (outcome && taps != document.end()) outcome = read_taps(*taps, design);
   if (outcome) outcome = explain_consistency(design);
   if (outcome) result = std::move(design);
