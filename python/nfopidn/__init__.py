@@ -15,6 +15,7 @@ from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contend
 from nfopidn.export import export_c, export_cpp
 from nfopidn.families import Family, simulate_many
 from nfopidn.reporting import report
+from nfopidn.robustness import Verdict, verdict
 from nfopidn.search.bfoa import bfoa
 from nfopidn.search.forager import Forager
 from nfopidn.search.optimise import OptimizeResult
@@ -38,6 +39,7 @@ __all__ = [
     "SimulationResult",
     "Trajectory",
     "TuneResult",
+    "Verdict",
     "__version__",
     "bfoa",
     "compare",
@@ -55,4 +57,5 @@ __all__ = [
     "study",
     "tune",
     "tune_contenders",
+    "verdict",
 ]

@@ -15,6 +15,7 @@ from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
 from nfopidn.commands.report import add_report
 from nfopidn.commands.study import add_study
+from nfopidn.commands.verdict import add_verdict
 from nfopidn.console import shows_progress
 from nfopidn.files import (
     check_outputs,
@@ -25,6 +26,7 @@ from nfopidn.files import (
     raise_kept,
     save_picture,
 )
+from nfopidn.robustness import Verdict, read_verdict, save_with_verdict, scenario_digest
 from nfopidn.search.interrupts import EXIT_INTERRUPTED, heeded_signals
 from nfopidn.search.optimise import FIRST_STAGE, LATERAL_STAGES, MESSAGES, METHODS
 
@@ -110,8 +112,12 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
             raise
         result = best
         faults.append(error)
+    judged = _judged(result)
     with collect_fault(faults):
-        result.controller.save(arguments.output)
+        if judged is None:
+            result.controller.save(arguments.output)
+        else:
+            save_with_verdict(result.controller, arguments.output, judged)
     if arguments.result:
         with collect_fault(faults):
             result.to_json(arguments.result)
@@ -119,10 +125,7 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         with collect_fault(faults):
             save_picture(result.plot().figure, arguments.plot)
     if not arguments.quiet:
-        print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
-        print(f"seed {result.seed}. {result.message}")
-        for name, value in result.numbers():
-            print(f"  {name:12} {value}")
+        _tell(result, judged)
         print(f"written: {arguments.output}" if not faults else "not all could be written")
     raise_kept(faults)
     if result.message == MESSAGES["interrupted"]:
@@ -131,6 +134,27 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         print(f"nfopidn: {result.message}", file=sys.stderr)
         return EXIT_DIVERGED
     return 0
+
+
+def _tell(result: nfopidn.TuneResult, judged: Verdict | None) -> None:
+    """Print what has been found."""
+    print(f"cost {result.fun:.8g} after {result.nfev} evaluations, {result.elapsed:.2f} s")
+    print(f"seed {result.seed}. {result.message}")
+    for name, value in result.numbers():
+        print(f"  {name:12} {value}")
+    if judged is not None:
+        print(judged.line)
+
+
+def _judged(result: nfopidn.TuneResult) -> Verdict | None:
+    """Judge what has been found; None where the search did not come to its end."""
+    if not result.success:
+        return None
+    try:
+        return result.verdict
+    except ValueError as error:  # the reference never moves
+        print(f"nfopidn: no verdict: {error}", file=sys.stderr)
+        return None
 
 
 def _add_tune(commands: Any) -> None:
@@ -182,9 +206,40 @@ def _add_tune(commands: Any) -> None:
     parser.set_defaults(run=_tune)
 
 
+def _check_verdict(arguments: argparse.Namespace, scenario: nfopidn.Scenario | None) -> None:
+    """Refuse to export what is judged red, and say so where nothing has been judged.
+
+    Raises
+    ------
+    ValueError
+        The controller file's verdict is red, and --force is not given.
+    """
+    found = read_verdict(arguments.controller)
+    if found is None:
+        print(
+            f"nfopidn: {arguments.controller} has no verdict: not verified; nfopidn verdict "
+            f"{arguments.controller} -o FILE gives it one",
+            file=sys.stderr,
+        )
+        return
+    print(f"nfopidn: {found.line}", file=sys.stderr)
+    if scenario is None or found.digest != scenario_digest(scenario):
+        where = "no scenario is given" if scenario is None else "the scenario given is another"
+        print(
+            f"nfopidn: {where}; the verdict is on scenario {found.digest}: not verified",
+            file=sys.stderr,
+        )
+    if found.colour == "red" and not arguments.force:
+        raise ValueError(
+            f"{arguments.controller} is not exported, since its verdict is red: "
+            f"{'; '.join(found.reasons)}; --force exports it all the same"
+        )
+
+
 def _export(arguments: argparse.Namespace) -> int:
     controller = load_nfopidn(arguments.controller)
     scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
+    _check_verdict(arguments, scenario)
     written = []
     in_c = arguments.c or not arguments.cpp
     if arguments.hardware and not in_c:
@@ -258,6 +313,7 @@ def _add_export(commands: Any) -> None:
         "rad/s^2; 0: the base does not move; inf: no limit (the default)",
     )
     add("--reference", action="store_true", help="also the reference, as a table; needs --scenario")
+    add("--force", action="store_true", help="export a controller whose verdict is red")
     add("--name", help="prefix in C (nfopidn), namespace in C++ (nfopidn_controller)")
     parser.set_defaults(run=_export)
 
@@ -265,8 +321,8 @@ def _add_export(commands: Any) -> None:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code.
 
-    0 done, 2 bad input, 3 the best controller that tune has found diverges, 130 interrupted, 141
-    the reader of standard output has gone.
+    0 done, 2 bad input, 3 the best controller that tune has found diverges or a verdict is red,
+    130 interrupted, 141 the reader of standard output has gone.
     """
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
@@ -276,6 +332,7 @@ def main(words: Sequence[str] | None = None) -> int:
     add_compare(commands)
     add_report(commands)
     add_study(commands)
+    add_verdict(commands)
     try:
         for word in sys.argv[1:] if words is None else words:
             check_encoding("", word)

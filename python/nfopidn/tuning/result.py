@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from typing import Any
 
@@ -11,7 +12,10 @@ import numpy as np
 
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Robot, Scenario
+from nfopidn.families.family import Family
 from nfopidn.files import replace_file
+from nfopidn.robustness.judgement import verdict
+from nfopidn.robustness.verdict import COLOURS, Verdict
 from nfopidn.search.optimise import HISTORY, Array, OptimizeResult
 from nfopidn.tuning.parameters import ROBOT_FIELDS
 
@@ -28,8 +32,26 @@ _FIELDS = (
 class TuneResult(OptimizeResult):
     """The result of tune(): also controller, scenario, structure, parameters, method, options.
 
-    x holds the free parameters, which `parameters` names; controller has them all.
+    x holds the free parameters, which `parameters` names; controller has them all. `verdict` says
+    whether the controller may be trusted; it is found when it is first asked for.
     """
+
+    @property
+    def verdict(self) -> Verdict:
+        """Judge the controller on the scenario, or on each of several: the worst is the answer.
+
+        Of a Family the first scenario is judged, and its members are the variations.
+
+        Raises
+        ------
+        ValueError
+            A reference never moves.
+        """
+        known: Verdict | None = self.__dict__.get("_verdict")
+        if known is None:
+            known = _judge(self)
+            self.__dict__["_verdict"] = known
+        return known
 
     def to_json(self, path: str | PathLike[str]) -> None:
         """Write the result; `controller` in it is a controller document of its own."""
@@ -88,6 +110,20 @@ class TuneResult(OptimizeResult):
             raise ValueError(f"{path}: not a tuning result: {error}") from None
         fields["scenario"] = scenarios[0] if len(scenarios) == 1 else scenarios
         return cls(fields)
+
+
+def _judge(result: TuneResult) -> Verdict:
+    bound = [f"{name} at its {side} bound" for name, side in result.at_bounds().items()]
+    if isinstance(result.scenario, Family):
+        family = result.scenario
+        return verdict(result.controller, family.scenarios[0], family=family, at_bound=bound)
+    scenarios = scenario_list(result.scenario)
+    found = [verdict(result.controller, scenario, at_bound=bound) for scenario in scenarios]
+    worst = max(found, key=lambda one: COLOURS.index(one.colour))
+    if len(found) == 1:
+        return worst
+    reasons = [f"scenario {i + 1}: {why}" for i, one in enumerate(found) for why in one.reasons]
+    return replace(worst, reasons=tuple(reasons))
 
 
 def check_names(names: Any, x: Array) -> None:

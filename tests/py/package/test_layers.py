@@ -33,6 +33,7 @@ MODULES = [
     "fractional",
     "stability",
     "families",
+    "robustness",
     "plot",
     "search",
     "tuning",

@@ -167,7 +167,9 @@ inline Outcome read_controller(const Json& document, ControllerDesign& result) {
     return {Status::inconsistent, "sample_time is known from version 2 on; version is 1"};
   }
   ControllerSettings<double>& settings = design;
-  Outcome outcome = read_settings(document, "", settings, {"format", "version", "taps", "robot"});
+  // What a verdict says of the controller is for those who ask for it: nfopidn.robustness.
+  Outcome outcome =
+      read_settings(document, "", settings, {"format", "version", "taps", "robot", "verdict"});
   if (outcome) outcome = read_design_robot(document, design.robot);
   if (outcome && taps != document.end()) outcome = read_taps(*taps, design);
   if (outcome) outcome = explain_consistency(design);

@@ -59,8 +59,8 @@ inline Outcome read_rival(const Json& document, rivals::RivalDesign& result) {
   if (outcome)
     outcome = read_rival_parameters(document.value("parameters", Json::object()), design);
   if (outcome) {
-    outcome =
-        read_settings(document, "", design, {"format", "version", "law", "parameters", "robot"});
+    outcome = read_settings(document, "", design,
+                            {"format", "version", "law", "parameters", "robot", "verdict"});
   }
   if (outcome)
     outcome = read_settings(document.value("robot", Json::object()), "robot", design.robot);

@@ -1,0 +1,52 @@
+"""What a reference asks of a robot, against what there is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nfopidn._core import Scenario
+
+
+def check_moves(scenario: Scenario) -> None:
+    """Refuse a reference that never moves, of which nothing can be said.
+
+    Raises
+    ------
+    ValueError
+        Speed and turn rate are 0 at every sample.
+    """
+    path = scenario.trajectory
+    if not (np.any(path.v) or np.any(path.omega)):
+        raise ValueError(
+            "the reference never moves: speed and turn rate are 0 at each of its "
+            f"{len(path)} samples; a verdict is of a path that is driven"
+        )
+
+
+def beyond_the_robot(scenario: Scenario) -> tuple[str, ...]:
+    """Tell what the reference asks of the true robot that it does not have, in words.
+
+    A wheel has the torque limit less what friction takes. With viscous friction there is also a
+    speed that no torque exceeds.
+    """
+    path, robot, limit = scenario.trajectory, scenario.robot, scenario.torque_limit
+    torque = np.abs(scenario.reference[:, 5:7])
+    turn = 0.5 * robot.track_width * path.omega
+    wheels = np.abs(np.column_stack([path.v + turn, path.v - turn])) / robot.wheel_radius
+    found = []
+    if scenario.feedforward and torque.max() > limit:
+        place = int(np.argmax(torque.max(axis=1)))
+        found.append(
+            f"the reference torques reach {torque.max():.3g} N m, at {path.t[place]:.4g} s; the "
+            f"limit is {limit:g} N m"
+        )
+    friction = np.where(wheels > 0, scenario.coulomb_friction, 0.0)
+    viscous = scenario.viscous_friction * wheels
+    if float((friction + viscous).max()) > limit:
+        place = int(np.argmax((friction + viscous).max(axis=1)))
+        found.append(
+            f"friction takes {(friction + viscous).max():.3g} N m a wheel where the reference "
+            f"moves at {path.v[place]:.3g} m/s and turns at {path.omega[place]:.3g} rad/s; the "
+            f"limit is {limit:g} N m"
+        )
+    return tuple(found)
