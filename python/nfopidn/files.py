@@ -93,7 +93,7 @@ def collect_fault(faults: list[OSError | ValueError]) -> Iterator[None]:
 
 
 def raise_kept(faults: list[OSError | ValueError]) -> None:
-    """Raise what was collect_fault, if anything was.
+    """Raise the faults that were collected, if there are any.
 
     Raises
     ------

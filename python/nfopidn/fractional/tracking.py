@@ -96,7 +96,7 @@ def _pole(name: str, value: float, ratio: float) -> float:
         warnings.warn(
             f"retune: {name} would have to lead by {lead:.3g} samples, more than a pole can; it is "
             f"{_LARGEST_POLE:g}",
-            stacklevel=4,
+            stacklevel=5,
         )
         return _LARGEST_POLE
     return lead / (1 - lead)

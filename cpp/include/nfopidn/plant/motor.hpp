@@ -100,6 +100,8 @@ class MotorDrive {
     return {torque.left * volts, torque.right * volts};
   }
 
+  constexpr bool is_exact() const { return drive_.is_exact(); }
+
   template <class Scalar>
   static constexpr Heading<Scalar> heading(const State<Scalar>& state) {
     return DifferentialDrive<Base>::heading(state);

@@ -5,6 +5,7 @@
 //   using Parameters                  its physical parameters, with fields()
 //   advance(state, heading, input, outside)   moves the state by one sample
 //   inverse(state, linear, angular)   the input that gives dv/dt [m/s^2] and d(omega)/dt [rad/s^2]
+//   is_exact()                        whether the integrator is the exact one
 //   heading(state)                    cosine and sine of the robot's heading
 // The input is a pair (left, right): torques [N m] of DifferentialDrive, voltages [V] of
 // MotorDrive. The controller that runs on a plant gives its input.
@@ -29,6 +30,7 @@ constexpr bool is_plant<
                    decltype(traits::declval<const Plant&>().inverse(
                        traits::declval<State<Scalar>>(), traits::declval<Scalar>(),
                        traits::declval<Scalar>())),
+                   decltype(traits::declval<const Plant&>().is_exact()),
                    decltype(Plant::heading(traits::declval<State<Scalar>>()))>> = Plant::size > 0;
 
 }  // namespace detail
