@@ -599,6 +599,23 @@ Outcome write_all(const Outputs& paths, const Outputs& contents) {
   return faults;
 }
 
+// What is worth saying before the run.
+void tell_notes(const Arguments& arguments, const Scenario& scenario,
+                const ControllerDesign& design) {
+  if (arguments.quiet) return;
+  for (const std::string& note : scenario.trajectory.notes) {
+    std::cerr << "nfopidn_sim: " << printable(note) << "\n";
+  }
+  const std::string other = arguments.tune ? "" : explain_robot(design, scenario.robot);
+  if (!other.empty()) std::cerr << "nfopidn_sim: " << other << "\n";
+}
+
+Outcome print_result(const Arguments& arguments, const Scenario& scenario,
+                     const SimulationResult& result) {
+  if (arguments.json) return print(metrics_json(result).dump() + "\n");
+  return arguments.quiet ? Outcome{} : print(summary(scenario, result));
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
@@ -617,26 +634,14 @@ int run(const Arguments& arguments) {
   if (Outcome outcome = check_outputs(outputs, inputs_of(arguments)); !outcome) {
     return fail(outcome);
   }
-  if (!arguments.quiet) {
-    for (const std::string& note : scenario.trajectory.notes) {
-      std::cerr << "nfopidn_sim: " << printable(note) << "\n";
-    }
-    const std::string other = arguments.tune ? "" : explain_robot(design, scenario.robot);
-    if (!other.empty()) std::cerr << "nfopidn_sim: " << other << "\n";
-  }
+  tell_notes(arguments, scenario, design);
   if (arguments.tune && !tune_design(arguments, method, scenario, design)) return exit_interrupted;
   requests.reset();
   const SimulationResult result = simulate(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),
                             document_text(write_controller(design))};
   if (Outcome outcome = write_all(outputs, contents); !outcome) return fail(outcome);
-  Outcome printed;
-  if (arguments.json) {
-    printed = print(metrics_json(result).dump() + "\n");
-  } else if (!arguments.quiet) {
-    printed = print(summary(scenario, result));
-  }
-  if (!printed) return fail(printed);
+  if (Outcome printed = print_result(arguments, scenario, result); !printed) return fail(printed);
   if (StopRequests::asked()) return exit_interrupted;
   if (arguments.tune && result.diverged) {
     std::cerr << "nfopidn_sim: --tune: the best controller that was found diverges at "

@@ -79,7 +79,7 @@ template <>
 struct Reading<std::optional<Robot<double>>> {
   static Json read(const std::string& text) {
     if (text == "robot") return nullptr;
-    const Json numbers = list(text);
+    Json numbers = list(text);
     Json robot = Json::object();
     std::size_t place = 0;
     Robot<double>::fields([&](const auto& field) {

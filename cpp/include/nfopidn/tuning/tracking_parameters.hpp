@@ -179,7 +179,7 @@ inline void set_tracking_parameters(ControllerSettings<double>& s, const std::ve
       law, [&](const char*, double& number, const TrackingBound&) { number = *next++; });
   use_net(s.net, law);
   for (int channel = 0; channel < channel_count; ++channel) {
-    std::copy_n(law.gains + 3 * channel, 3, s.gains[channel]);
+    std::copy_n(law.gains + std::ptrdiff_t{3} * channel, 3, s.gains[channel]);
   }
   std::copy_n(law.alpha, channel_count, s.alpha);
   const TrackingGains<double>& t = law.tracking;
