@@ -10,14 +10,13 @@
 """
 
 from nfopidn.families.benchmarks import benchmark
-from nfopidn.families.family import Family
+from nfopidn.families.family import Family as Family
 from nfopidn.families.paths import over_paths
 from nfopidn.families.runs import FamilyRuns, simulate_many
-from nfopidn.families.variations import STANDARD, random_variations, variations
+from nfopidn.families.variations import STANDARD as STANDARD
+from nfopidn.families.variations import random_variations, variations
 
 __all__ = [
-    "STANDARD",
-    "Family",
     "FamilyRuns",
     "benchmark",
     "over_paths",
