@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import Controller, Rival, Robot, Scenario, Trajectory, Verdict, simulate
@@ -278,12 +279,12 @@ def test_export_refuses_what_is_red(tmp_path, good):
 
 
 def test_results_of_tuning_have_a_verdict():
-    result = nfopidn.tune(P, structure="decoupled", rng=1, maxfev=300)
+    result = nominal.tune(P, structure="decoupled", rng=1, maxfev=300)
     bound = [f"{name} at its {side} bound" for name, side in result.at_bounds().items()]
     found = nfopidn.verdict(result.controller, P, at_bound=bound)
     assert result.verdict.to_dict() == found.to_dict()
     assert result.verdict is result.verdict
-    both = nfopidn.tune([P, CIRCLE], structure="decoupled", rng=1, maxfev=300).verdict
+    both = nominal.tune([P, CIRCLE], structure="decoupled", rng=1, maxfev=300).verdict
     assert both.reasons == () or both.reasons[0].startswith("scenario ")
 
 

@@ -21,13 +21,13 @@ from nfopidn import (
     Scenario,
     Trajectory,
     TuneResult,
-    _search,
     default_bounds,
     plot,
     simulate,
-    tune,
 )
+from nfopidn.search import optimise
 from nfopidn.search.optimise import MESSAGES
+from nominal import tune
 from numpy.testing import assert_array_equal
 from refusal import refused
 from results import same, watcher
@@ -281,7 +281,8 @@ def test_the_time_ends_the_search_with_a_controller(structure):
     """As a program of its own, so that a crash is a failure and not the end of the tests."""
     program = (
         "import nfopidn\n"
-        f"result = nfopidn.tune(structure={structure!r}, rng=1, maxfev=20000, maxtime=1e-9)\n"
+        f"result = nfopidn.tune(robustness=None, structure={structure!r}, rng=1, maxfev=20000,"
+        " maxtime=1e-9)\n"
         "nfopidn.simulate(controller=result.controller)\n"
         "print(result.nfev < 1000, result.message)\n"
     )
@@ -744,7 +745,7 @@ def test_ctrl_c_gives_the_best_so_far(structure):
         "import os, signal, threading, nfopidn\n"
         "timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))\n"
         "timer.start()\n"
-        f"result = nfopidn.tune(structure={structure!r}, rng=1, maxfev=500000)\n"
+        f"result = nfopidn.tune(robustness=None, structure={structure!r}, rng=1, maxfev=500000)\n"
         "print(result.nfev < 500000, result.success, result.message)\n"
     )
     run = subprocess.run(
@@ -1078,7 +1079,7 @@ def test_an_interruption_while_the_bar_is_drawn_keeps_the_best(monkeypatch):
 
         yield report
 
-    monkeypatch.setattr(_search, "progress", bar)
+    monkeypatch.setattr(optimise, "progress", bar)
     result = tune(rng=1, maxfev=5000, progress=True)
     assert (result.success, result.message) == (False, MESSAGES["interrupted"])
     assert 600 < result.nfev < 5000
@@ -1088,7 +1089,7 @@ def test_an_interruption_while_the_bar_is_drawn_keeps_the_best(monkeypatch):
         yield lambda done, note: None
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_search, "progress", late)
+    monkeypatch.setattr(optimise, "progress", late)
     result = tune(rng=1, maxfev=700, progress=True)
     assert (result.nfev, result.message) == (700, MESSAGES["interrupted"])
 
