@@ -111,7 +111,7 @@ def test_bounds_and_margins_are_amber():
     found = nfopidn.verdict(TRACKING, P, at_bound=["kp_x at its upper bound"])
     assert found.colour == "amber"
     assert found.reasons == ("the search ended on a bound: kp_x at its upper bound",)
-    louder = TRACKING.replace(speed_gain_x=17.5)
+    louder = TRACKING.replace(speed_gain_x=26.0)
     found = nfopidn.verdict(louder, P)
     assert (found.colour, len(found.reasons)) == ("amber", 1)
     assert found.margin.decibels < 6

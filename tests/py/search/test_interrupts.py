@@ -320,7 +320,7 @@ def test_an_ignored_signal_stays_ignored(tmp_path):
     program = (
         "import os, signal, nfopidn\n"
         "end = lambda _: os.kill(os.getpid(), signal.SIGINT)\n"
-        "print(nominal.tune(rng=1, maxfev=600, callback=end).message)\n"
+        "print(nfopidn.tune(robustness=None, rng=1, maxfev=600, callback=end).message)\n"
     )
     run = subprocess.run([*command, program], check=True, capture_output=True, text=True)
     assert run.stdout == "The budget of evaluations is used up.\n"

@@ -99,9 +99,3 @@ def test_states_of_the_tracking_law_have_names():
     found = stability.loop(Scenario.published(rng=0, delay=1), controller())
     assert found.verdict == "stable"
     assert len(found.state_names) == found.orbit.shape[1] == 32
-    assert "integral_steering" in found.state_names
-
-
-def test_parts_of_the_tracking_law_have_no_margins():
-    with pytest.raises(ValueError, match="without its speed errors"):
-        stability.margins(controller(net="whole", speed_gain_x=0.0, speed_gain_theta=0.0))
