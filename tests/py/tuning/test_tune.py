@@ -25,7 +25,7 @@ from nfopidn import (
     plot,
     simulate,
 )
-from nfopidn.search import optimise
+from nfopidn.search import optimise as _search
 from nfopidn.search.optimise import MESSAGES
 from nominal import tune
 from numpy.testing import assert_array_equal
@@ -1079,7 +1079,7 @@ def test_an_interruption_while_the_bar_is_drawn_keeps_the_best(monkeypatch):
 
         yield report
 
-    monkeypatch.setattr(optimise, "progress", bar)
+    monkeypatch.setattr(_search, "progress", bar)
     result = tune(rng=1, maxfev=5000, progress=True)
     assert (result.success, result.message) == (False, MESSAGES["interrupted"])
     assert 600 < result.nfev < 5000
@@ -1089,7 +1089,7 @@ def test_an_interruption_while_the_bar_is_drawn_keeps_the_best(monkeypatch):
         yield lambda done, note: None
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(optimise, "progress", late)
+    monkeypatch.setattr(_search, "progress", late)
     result = tune(rng=1, maxfev=700, progress=True)
     assert (result.nfev, result.message) == (700, MESSAGES["interrupted"])
 
