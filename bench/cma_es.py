@@ -71,7 +71,9 @@ def structures(seeds: int) -> None:
         for method in ("bfoa+", "cma"):
             start = time.perf_counter()
             costs = [
-                nfopidn.tune(scenario, method=method, rng=seed, maxfev=BUDGET, **shared).fun
+                nfopidn.tune(
+                    scenario, robustness=None, method=method, rng=seed, maxfev=BUDGET, **shared
+                ).fun
                 for seed in range(1, seeds + 1)
             ]
             show(method, costs, time.perf_counter() - start)

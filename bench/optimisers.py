@@ -295,7 +295,9 @@ def tuned(row: str, seeds: int, **arguments: Any) -> list[float]:
     structure, changes, bounds, _, _ = ROWS[row]
     scenario = nfopidn.Scenario.published(rng=0, **changes)
     return [
-        nfopidn.tune(scenario, structure=structure, bounds=bounds, rng=seed, **arguments).fun
+        nfopidn.tune(
+            scenario, robustness=None, structure=structure, bounds=bounds, rng=seed, **arguments
+        ).fun
         for seed in range(1, seeds + 1)
     ]
 
@@ -420,7 +422,7 @@ def tuners(folder: Path) -> None:
     """Time of the same tuning with NiaPy's and mealpy's BFO on a numba loop."""
     scenario = nfopidn.Scenario.published(rng=0)
     start = time.perf_counter()
-    ours = nfopidn.tune(scenario, rng=1, maxfev=BUDGET)
+    ours = nfopidn.tune(scenario, robustness=None, rng=1, maxfev=BUDGET)
     own = time.perf_counter() - start
     print(f"\n{'bfoa+':12} {own:8.3f} s, cost {ours.fun:.5f}")
     for name in ("NiaPy BFO", "mealpy BFO"):

@@ -14,7 +14,7 @@ import nfopidn
 # %%
 # Tune for the path that the board will drive.
 scenario = nfopidn.Scenario.published(period=100, rng=0)
-controller = nfopidn.tune(scenario, structure="extended", rng=1).controller
+controller = nfopidn.tune(scenario, structure="extended", robustness=None, rng=1).controller
 nfopidn.plot.total_torque(nfopidn.simulate(scenario, controller))
 
 # %%

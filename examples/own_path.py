@@ -39,7 +39,7 @@ scenario = Scenario(
 # Search for gains, in two structures. The incremental form has integral action, which friction
 # asks for; "extended" has an order pair for each channel.
 found = {
-    structure: nfopidn.tune(scenario, structure=structure, rng=1)
+    structure: nfopidn.tune(scenario, structure=structure, robustness=None, rng=1)
     for structure in ("incremental", "extended")
 }
 for structure, result in found.items():

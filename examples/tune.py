@@ -17,9 +17,9 @@ def main() -> None:
     """Tune, simulate, save, draw."""
     picture = sys.argv[1] if len(sys.argv) > 1 else "convergence.png"
     results = {
-        "bfoa, the paper's schedule": nfopidn.tune(method="bfoa", rng=2),
-        "bfoa+, 10,000 evaluations": nfopidn.tune(rng=2),
-        "bfoa+, extended structure": nfopidn.tune(structure="extended", rng=2),
+        "bfoa, the paper's schedule": nfopidn.tune(method="bfoa", robustness=None, rng=2),
+        "bfoa+, 10,000 evaluations": nfopidn.tune(robustness=None, rng=2),
+        "bfoa+, extended structure": nfopidn.tune(structure="extended", robustness=None, rng=2),
     }
     figure, axes = plt.subplots(1, 3, figsize=(11, 3.4), sharey=True, layout="constrained")
     for ax, (title, result) in zip(axes, results.items(), strict=True):

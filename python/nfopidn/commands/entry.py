@@ -56,6 +56,18 @@ def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
     return result
 
 
+def _cap(word: str) -> float | str | None:
+    """Read --cost-cap."""
+    if word in ("auto", "friction"):
+        return word
+    if word == "none":
+        return None
+    try:
+        return float(word)
+    except ValueError:
+        raise ValueError(f"--cost-cap {word}: must be a number, friction, none or auto") from None
+
+
 def _options(words: Sequence[str]) -> dict[str, float]:
     pairs = _pairs(words, "option", 1)
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
@@ -105,6 +117,8 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
             tied=_pairs(arguments.tie, "tie", 0),
             start=start,
             worst_share=arguments.worst_share,
+            robustness=None if arguments.nominal else "standard",
+            cost_cap=_cap(arguments.cost_cap),
         )
     except ValueError as error:  # the checkpoint cannot be written any more
         best = getattr(error, "best", None)
@@ -161,10 +175,11 @@ def _add_tune(commands: Any) -> None:
     parser = commands.add_parser(
         "tune",
         help="search for a controller's gains and orders",
-        description="Searches for the gains and orders of least cost (eq. 41) and writes them as a "
-        "controller file, which nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or "
-        "bad file, 3 the best controller that was found diverges, 130 interrupted (by Ctrl-C or "
-        "SIGTERM; the best so far is written).",
+        description="Searches for the parameters of least cost (eq. 41) over the scenario's "
+        "standard variations, judges what it finds, and writes it as a controller file, which "
+        "nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or bad file, 3 the best "
+        "controller that was found diverges, 130 interrupted (by Ctrl-C or SIGTERM; the best so "
+        "far is written).",
     )
     add = parser.add_argument
     add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
@@ -177,10 +192,22 @@ def _add_tune(commands: Any) -> None:
     )
     add(
         "--structure",
-        default="paper",
-        help="paper, decoupled, incremental, extended or taps, or a rival: "
+        help="tracking, paper, decoupled, incremental, extended or taps, or a rival: "
         + ", ".join(nfopidn.Rival.laws())
-        + " (%(default)s)",
+        + " (tracking; with --nominal: paper)",
+    )
+    add(
+        "--nominal",
+        action="store_true",
+        help="search over the scenarios as they are, without variations of the robot",
+    )
+    add(
+        "--cost-cap",
+        default="auto",
+        metavar="COST",
+        help="a scenario's cost beyond counts by its logarithm: a number, friction (1, or ten "
+        "times what friction alone costs) or none; auto: friction, with --nominal none "
+        "(%(default)s)",
     )
     add("--method", default=METHODS[0], help=f"one of {', '.join(METHODS)} (%(default)s)")
     add("--option", action="append", default=[], metavar="NAME=NUMBER", help="of the method")

@@ -145,6 +145,7 @@ def tune_contenders(
             with StopIf(stop.is_set):
                 result = tune(
                     scenario,
+                    robustness=None,
                     structure=contender.structure,
                     frozen=contender.frozen,
                     rng=seed,

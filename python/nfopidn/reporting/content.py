@@ -146,6 +146,11 @@ def _note(
     if count > 1:
         changed = differences(scenario, first)
         return "" if scenario is first else f"Other than the first: {changed or 'nothing'}."
+    if "family" in result:
+        return (
+            f"The search reported E = {readable(result.fun, 7)}, of a family of "
+            f"{len(result.family)} scenarios; the controller gives {readable(run.cost, 7)} here."
+        )
     if abs(run.cost - result.fun) <= _SAME_COST * abs(run.cost):
         return ""
     return (

@@ -20,7 +20,10 @@ def save_with_verdict(
     """
     document = json.loads(controller.to_json())
     document["verdict"] = verdict.to_dict()
-    replace_file(path, json.dumps(document, indent=2, allow_nan=False) + "\n")
+    try:
+        replace_file(path, json.dumps(document, indent=2, allow_nan=False) + "\n")
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def read_verdict(path: str | PathLike[str]) -> Verdict | None:

@@ -125,13 +125,15 @@ def find_limits(on_path: OnPath) -> Limits:
 def find_margin(on_path: OnPath, scenario: Scenario, extra_delay: int) -> LoopMargin:
     """Find the margins: of the linearised loop where it is known, else by simulation.
 
-    A loop's gain is that of its robot: a lighter one, that its model knows, has a higher one.
+    The former is linearised with the accurate integrator, whatever the scenario's is: one Euler
+    step a sample is another plant. In simulation a loop's gain is that of its robot: a lighter one,
+    which its model knows, has a higher one.
     """
     controller = on_path.controller
     dt = scenario.trajectory.dt
     if isinstance(controller, Controller):
         try:
-            found = margins(controller, scenario)
+            found = margins(controller, scenario.replace(integrator="exact", substeps=1))
         except ValueError:
             found = None  # a law, a speed or a memory of which the linear analysis knows nothing
         if found is not None and found.stable:

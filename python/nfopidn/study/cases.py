@@ -32,7 +32,7 @@ def tuned(scenario: Scenario, structure: Any, rng: int) -> TuneResult:
     InterruptedSearchError
         After Ctrl-C.
     """
-    found = tune(scenario, structure=structure, rng=rng)
+    found = tune(scenario, structure=structure, robustness=None, rng=rng)
     if found.message == MESSAGES["interrupted"]:
         raise InterruptedSearchError
     return found

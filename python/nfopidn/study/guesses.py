@@ -43,7 +43,9 @@ def _tuned_run(
         if stop.is_set():
             raise StopIteration
 
-    found = tune(scenario, structure=structure, rng=rng, maxfev=maxfev, callback=end)
+    found = tune(
+        scenario, structure=structure, robustness=None, rng=rng, maxfev=maxfev, callback=end
+    )
     return controller_run(scenario, found.controller)
 
 

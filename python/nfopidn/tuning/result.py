@@ -64,6 +64,8 @@ class TuneResult(OptimizeResult):
         fields["scenario"] = [
             json.loads(scenario.to_json()) for scenario in scenario_list(self.scenario)
         ]
+        if "family" in fields:
+            fields["family"] = _family_rows(self["family"])
         document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **_plain(fields)}
         replace_file(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
@@ -100,6 +102,8 @@ class TuneResult(OptimizeResult):
             scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
             if not scenarios:
                 raise ValueError("scenario is empty")
+            if "family" in fields:
+                fields["family"] = _family_in(fields["family"])
             structure = fields["structure"]
             if isinstance(structure, dict) and isinstance(structure.get("robot"), dict):
                 structure["robot"] = Robot(**structure["robot"])
@@ -114,8 +118,8 @@ class TuneResult(OptimizeResult):
 
 def _judge(result: TuneResult) -> Verdict:
     bound = [f"{name} at its {side} bound" for name, side in result.at_bounds().items()]
-    if isinstance(result.scenario, Family):
-        family = result.scenario
+    family: Family | None = result.get("family")
+    if family is not None and list(family) == scenario_list(result.scenario):  # it was given
         return verdict(result.controller, family.scenarios[0], family=family, at_bound=bound)
     scenarios = scenario_list(result.scenario)
     found = [verdict(result.controller, scenario, at_bound=bound) for scenario in scenarios]
@@ -132,6 +136,21 @@ def check_names(names: Any, x: Array) -> None:
         raise ValueError("parameters must be a list of names")
     if np.shape(x) != (len(names),):
         raise ValueError(f"x must have {len(names)} numbers, one for each parameter")
+
+
+def _family_rows(family: Family) -> list[dict[str, Any]]:
+    rows = zip(family.names, family.scenarios, family.changes, strict=True)
+    return [
+        {"name": name, "scenario": json.loads(scenario.to_json()), "change": change}
+        for name, scenario, change in rows
+    ]
+
+
+def _family_in(rows: Sequence[Mapping[str, Any]]) -> Family:
+    return Family.of(
+        (str(row["name"]), Scenario.from_json(json.dumps(row["scenario"])), str(row["change"]))
+        for row in rows
+    )
 
 
 def _mask_in(fields: Mapping[str, Any]) -> Array:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario, simulate
+from nfopidn.families.family import Family
 from nfopidn.search.optimise import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
@@ -46,6 +47,7 @@ from nfopidn.tuning.parameters import (
     make_search,
 )
 from nfopidn.tuning.result import TuneResult, scenario_list
+from nfopidn.tuning.robust import check_robustness, diverging, hopeless, standard_family
 
 _NO_TIME = 1e-9  # [s]
 #: Up to this status a search has come to its end or its time is up; beyond, it was told to end.
@@ -53,7 +55,7 @@ OUT_OF_TIME = list(MESSAGES).index("time")
 
 
 def tune(
-    scenario: Scenario | Sequence[Scenario] | None = None,
+    scenario: Scenario | Family | Sequence[Scenario] | None = None,
     *,
     structure: str | Mapping[str, Any] | None = None,
     bounds: Mapping[str, tuple[float, float]] | ArrayLike | None = None,
@@ -71,19 +73,22 @@ def tune(
     tied: Mapping[str, str] | None = None,
     start: Controller | Rival | None = None,
     worst_share: float = 1.0,
+    robustness: str | None = "standard",
+    cost_cap: float | str | None = "auto",
 ) -> TuneResult:
-    """Find the gains and orders of least cost (eq. 41) for a scenario, or for several.
+    """Find the parameters of least cost (eq. 41) over a scenario's variations, or as it is.
 
     Parameters
     ----------
     scenario
-        A Scenario or a list of them; None: the published one.
+        A Scenario, a list of them, or a Family, which is searched as it is; None: the published
+        one.
     structure
-        "paper" (default), "decoupled", "incremental", "extended" (an order pair a channel), "taps"
-        (decoupled, with the filters' taps themselves as parameters; the lateral channel is tried
-        with `lateral` "speed" and with "direction", and the better one is the result), or settings
-        of Controller, to which `parameters` "shared-orders" (default), "orders-by-channel" or
-        "taps" may be added.
+        "tracking" (default; of a nominal search "paper"), "decoupled", "incremental", "extended"
+        (an order pair a channel), "taps" (decoupled, with the filters' taps themselves as
+        parameters; the lateral channel is tried with `lateral` "speed" and with "direction", and
+        the better one is the result), or settings of Controller, to which `parameters`
+        "shared-orders" (default), "orders-by-channel" or "taps" may be added.
         Or a rival: one of Rival.laws(), or {"law": ..., "speeds": ...}, settings of Rival; its
         model of the robot is that of the first scenario. `controller` is a Rival then.
     bounds
@@ -106,21 +111,39 @@ def tune(
     worst_share
         With several scenarios, the cost is the mean over the worst share of them: 1 is the mean
         over all scenarios, 0 is the worst one.
+    robustness
+        "standard": over the standard variations of each scenario (Scenario.variations()), with the
+        accurate integrator. None: a nominal search, over the scenarios as they are; what it finds
+        may have no margin at all.
+    cost_cap
+        A scenario's cost E beyond the cap c counts as c (1 + ln(E / c)), so that one run that
+        diverges does not outweigh all others: a positive number; "friction", 1 or ten times what
+        friction alone costs; None, no cap; "auto", "friction" in a robust search, else None.
 
     Returns
     -------
     TuneResult
         Ctrl-C ends the search and returns the best so far. `success` is False after that, and where
         the best controller's run diverges: the message then tells when, and what may help.
+        `scenario` is what was given, `family` what a robust search was over, and `verdict` says
+        whether the controller may be trusted.
 
     Raises
     ------
     ValueError
         Names the argument, its value and what is allowed.
     """
+    check_robustness(robustness)
+    given = scenarios_of(scenario)
+    family: Family | None = scenario if isinstance(scenario, Family) else None
+    if robustness is not None:
+        structure = "tracking" if structure is None else structure
+        family = family or standard_family(given)
+    if isinstance(cost_cap, str) and cost_cap == "auto":
+        cost_cap = None if robustness is None else "friction"
     search = partial(
         _tune,
-        scenario,
+        given if family is None else list(family),
         structure=structure,
         bounds=bounds,
         method=method,
@@ -137,11 +160,17 @@ def tune(
         tied=tied,
         start=start,
         worst_share=worst_share,
+        cost_cap=cost_cap,
     )
 
     def found() -> TuneResult:
         result = search()
-        divergence = _divergence(result, worst_share)
+        if family is None:
+            divergence = _divergence(result, worst_share, capped=cost_cap is not None)
+        else:
+            result.update(scenario=given[0] if len(given) == 1 else given, family=family)
+            space = make_search(structure, bounds, frozen, tied, list(family))
+            divergence = _family_divergence(result, family, space)
         if divergence is not None:
             deny_success(result, "diverged", divergence)
         return result
@@ -149,28 +178,50 @@ def tune(
     return returned(found)
 
 
-def _divergence(result: TuneResult, worst_share: float) -> str | None:
+def _family_divergence(result: TuneResult, family: Family, search: Search) -> str | None:
+    """Name the members of a family whose run under the best controller diverges."""
+    lost = diverging(family, result.controller)
+    if not lost:
+        return None
+    first, at = next(iter(lost.items()))
+    text = f" on {first!r} at {at:.6g} s."
+    if len(lost) > 1:
+        text = f" on {len(lost)} of {len(family)} scenarios, on {first!r} at {at:.6g} s."
+    if result.population.shape[1] == len(search.names):  # else the stage was for other parameters
+        everywhere = hopeless(family, list(lost), search, result.population)
+        if everywhere:
+            names = ", ".join(map(repr, everywhere))
+            text += f" Every controller of the last population diverges on {names}."
+    return text + _start_advice(family[first])
+
+
+def _divergence(result: TuneResult, worst_share: float, *, capped: bool) -> str | None:
     """Tell when the best controller's run diverges, and what may be why; None if it does not."""
     scenarios = scenario_list(result.scenario)
     most = result.fun * max(worst_share * len(scenarios), 1.0)  # that one scenario may cost
     for place, scenario in enumerate(scenarios):
         path = scenario.trajectory
         # A sample that is missing counts with the square of the distance of divergence.
-        if most * len(path) < 0.99 * scenario.divergence_distance**2:
+        if not capped and most * len(path) < 0.99 * scenario.divergence_distance**2:
             continue
         at = simulate(scenario, result.controller).diverged_at
         if at is None:
             continue
         where = f" on scenario {place}" if len(scenarios) > 1 else ""
-        text = f"{where} at {at:.6g} s."
-        rests = scenario.initial_velocity == (0.0, 0.0)
-        if rests and (path.v[0] != 0 or path.omega[0] != 0):
-            text += (
-                f" The robot starts from rest where the reference moves at {path.v[0]:.3g} m/s and "
-                f'{path.omega[0]:.3g} rad/s: initial_velocity="reference" starts it with these.'
-            )
-        return text
+        return f"{where} at {at:.6g} s." + _start_advice(scenario)
     return None
+
+
+def _start_advice(scenario: Scenario) -> str:
+    """Tell what may be why a run diverges: a start from rest where the reference moves."""
+    path = scenario.trajectory
+    rests = scenario.initial_velocity == (0.0, 0.0)
+    if not rests or (path.v[0] == 0 and path.omega[0] == 0):
+        return ""
+    return (
+        f" The robot starts from rest where the reference moves at {path.v[0]:.3g} m/s and "
+        f'{path.omega[0]:.3g} rad/s: initial_velocity="reference" starts it with these.'
+    )
 
 
 def _tune(

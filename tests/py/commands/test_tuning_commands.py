@@ -17,11 +17,11 @@ from nfopidn import (
     commands,
     default_bounds,
     simulate,
-    tune,
 )
 from nfopidn.console import shows_progress
+from nominal import tune
 
-SHORT = ("--maxfev", "300", "--seed", "1")
+SHORT = ("--nominal", "--maxfev", "300", "--seed", "1")
 
 
 @pytest.fixture
@@ -38,12 +38,12 @@ def command(tmp_path):
 
 @pytest.fixture
 def cli_tune(tmp_path, monkeypatch, capsys):
-    """The same within this process: exit code, standard output, standard error."""
+    """The same within this process, nominal: exit code, standard output, standard error."""
     monkeypatch.chdir(tmp_path)
 
     def run(*words):
         try:
-            code = commands.main(["tune", *map(str, words)])
+            code = commands.main(["tune", "--nominal", *map(str, words)])
         except SystemExit as end:  # of argparse
             code = end.code
         return (code, *capsys.readouterr())
@@ -77,6 +77,7 @@ def test_the_command_writes_a_controller_for_the_executable(command, sim, tmp_pa
     assert marked == set(result.at_bounds())
     assert list(printed) == result.parameters
     assert [float(value) for value in printed.values()] == pytest.approx(result.x, rel=1e-9)
+    assert lines[-2] == result.verdict.line
     assert lines[-1] == "written: controller.json"
 
 

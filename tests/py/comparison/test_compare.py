@@ -7,6 +7,7 @@ import threading
 from contextlib import nullcontext
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import Controller, Rival, Scenario, commands
@@ -364,7 +365,7 @@ def test_tuning_anew_for_each_scenario(tmp_path, monkeypatch, capsys):
     with (tmp_path / "each.csv").open() as lines:
         costs = {row["scenario"]: float(row["cost"]) for row in csv.DictReader(lines)}
     for name, scenario in nfopidn.scenario_suite(["eight", "line"]).items():
-        assert costs[name] == nfopidn.tune(scenario, structure="samson", rng=0, maxfev=60).fun
+        assert costs[name] == nominal.tune(scenario, structure="samson", rng=0, maxfev=60).fun
 
 
 @pytest.mark.parametrize(
@@ -397,7 +398,7 @@ def interrupted_at(monkeypatch):
             calls.append(options["structure"])
             if len(calls) == number:
                 event.set()
-            return nfopidn.tune(*arguments, callback=callback, **options)
+            return nominal.tune(*arguments, callback=callback, **options)
 
         monkeypatch.setattr(contenders, "wish_to_stop", lambda: nullcontext(event))
         monkeypatch.setattr(contenders, "tune", tune)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import (
@@ -59,8 +60,8 @@ def test_it_is_part_of_the_value(duplicate, tmp_path):
         lambda: stability.loop(CIRCLE, TUNED),
         lambda: stability.basin(CIRCLE, TUNED),
         lambda: stability.margins(TUNED, speed=0.2, scenario=CIRCLE),
-        lambda: nfopidn.tune(CIRCLE, structure="incremental", start=TUNED, maxfev=20),
-        lambda: nfopidn.tune(CIRCLE, structure={"sample_time": 0.2}, maxfev=20),
+        lambda: nominal.tune(CIRCLE, structure="incremental", start=TUNED, maxfev=20),
+        lambda: nominal.tune(CIRCLE, structure={"sample_time": 0.2}, maxfev=20),
         lambda: Objective(CIRCLE, structure={"sample_time": 0.2}),
         lambda: Objective(CIRCLE, structure="incremental").parameters_of(TUNED),
         lambda: nfopidn.study.open_loop_optimum(CIRCLE, controllers=[TUNED]),
@@ -119,12 +120,12 @@ def test_rivals_fit_any():
 
 @pytest.mark.parametrize("structure", ["incremental", "taps"])
 def test_what_is_tuned_has_the_scenarios(structure):
-    result = nfopidn.tune(CIRCLE, structure=structure, rng=0, maxfev=60)
+    result = nominal.tune(CIRCLE, structure=structure, rng=0, maxfev=60)
     assert result.controller.sample_time == 0.1
     assert simulate(CIRCLE, result.controller).cost == pytest.approx(result.fun, rel=1e-3)
     assert Objective(CIRCLE).controller([0.1] * 11).sample_time == 0.1
     two = [CIRCLE, Scenario(Trajectory.circle(period=60, dt=0.2), rng=0)]
-    assert nfopidn.tune(two, rng=0, maxfev=20).controller.sample_time is None
+    assert nominal.tune(two, rng=0, maxfev=20).controller.sample_time is None
 
 
 def test_retune_takes_the_controllers_own():

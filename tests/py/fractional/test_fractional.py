@@ -11,6 +11,7 @@ import control
 import matplotlib.pyplot as plt
 import mpmath
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 import scipy.signal
@@ -706,7 +707,7 @@ def test_what_needs_taps_refuses_long_memory():
         with pytest.raises(ValueError, match=rf"memory is {memory}; must be in .* for firmware"):
             nfopidn.export_c(nfopidn.Controller.published(memory=memory), "nowhere")
     with pytest.raises(ValueError, match=r"memory is 2000; must be in \[0, 1024\] samples to tune"):
-        nfopidn.tune(structure={"memory": 2000}, maxfev=10)
+        nominal.tune(structure={"memory": 2000}, maxfev=10)
 
 
 def test_gains_go_to_discrete_and_back():

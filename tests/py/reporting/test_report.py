@@ -21,12 +21,12 @@ from nfopidn import (
     commands,
     simulate,
     stability,
-    tune,
 )
 from nfopidn.reporting import page as page_module
 from nfopidn.reporting.numbers import readable, readable_power, script_json
 from nfopidn.reporting.settings import scenario_groups, value_text
 from nfopidn.reporting.words import CHOICES, CONTROLLER, METRICS, SCENARIO
+from nominal import tune
 from numpy.testing import assert_allclose
 
 LARGEST = 6_000_000  # bytes

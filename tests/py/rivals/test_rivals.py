@@ -5,6 +5,7 @@ import json
 import pickle
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import Controller, Rival, Robot, Scenario, Trajectory
@@ -98,7 +99,7 @@ def test_a_rival_at_rest_on_its_reference_stays_there(law):
 @pytest.mark.parametrize("law", Rival.laws())
 def test_the_defaults_are_what_the_search_finds(law):
     default = nfopidn.simulate(None, Rival(law)).cost
-    found = nfopidn.tune(structure=law, rng=1, maxfev=300, start=Rival(law))
+    found = nominal.tune(structure=law, rng=1, maxfev=300, start=Rival(law))
     assert found.fun > default * (1 - 2e-3)
     assert found.controller.law == law
 
@@ -135,7 +136,7 @@ def test_the_model_behind_the_torques_is_the_rivals_own():
     run = nfopidn.simulate(None, Rival("samson", robot=heavy))
     sums = [r.columns["tau_fb_left"][0] + r.columns["tau_fb_right"][0] for r in (light, run)]
     assert sums[1] == pytest.approx(2 * sums[0])
-    found = nfopidn.tune(Scenario.published(robot=heavy), structure="samson", maxfev=20, rng=0)
+    found = nominal.tune(Scenario.published(robot=heavy), structure="samson", maxfev=20, rng=0)
     assert found.controller.robot == heavy
 
 
@@ -174,32 +175,32 @@ def test_every_parameter_changes_the_run(law):
 
 
 def test_tuning_a_rival_is_as_tuning_a_controller(tmp_path):
-    found = nfopidn.tune(structure="samson", rng=4, maxfev=500, frozen={"k_v": 1.0})
+    found = nominal.tune(structure="samson", rng=4, maxfev=500, frozen={"k_v": 1.0})
     assert found.controller.parameters["k_v"] == 1.0
     assert "k_v" not in found.parameters
     assert nfopidn.simulate(None, found.controller).cost == found.fun
-    twice = nfopidn.tune(structure="samson", rng=4, maxfev=500, frozen={"k_v": 1.0}, workers=2)
+    twice = nominal.tune(structure="samson", rng=4, maxfev=500, frozen={"k_v": 1.0}, workers=2)
     np.testing.assert_array_equal(twice.x, found.x)
     found.to_json(tmp_path / "result.json")
     assert nfopidn.TuneResult.from_json(tmp_path / "result.json").controller == found.controller
-    tied = nfopidn.tune(structure="samson", rng=4, maxfev=100, tied={"k_omega": "k_v"})
+    tied = nominal.tune(structure="samson", rng=4, maxfev=100, tied={"k_omega": "k_v"})
     assert tied.controller.parameters["k_omega"] == tied.controller.parameters["k_v"]
-    start = nfopidn.tune(structure="samson", rng=4, maxfev=1, start=found.controller)
+    start = nominal.tune(structure="samson", rng=4, maxfev=1, start=found.controller)
     assert start.fun <= found.fun
 
 
 def test_several_scenarios_and_the_worst_of_them():
     scenarios = [Scenario.published(), Scenario.published(period=100)]
-    both = nfopidn.tune(scenarios, structure="samson", rng=1, maxfev=200)
+    both = nominal.tune(scenarios, structure="samson", rng=1, maxfev=200)
     costs = [nfopidn.simulate(one, both.controller).cost for one in scenarios]
     assert both.fun == pytest.approx(np.mean(costs), rel=1e-12)
-    worst = nfopidn.tune(scenarios, structure="samson", rng=1, maxfev=200, worst_share=0)
+    worst = nominal.tune(scenarios, structure="samson", rng=1, maxfev=200, worst_share=0)
     costs = [nfopidn.simulate(one, worst.controller).cost for one in scenarios]
     assert worst.fun == pytest.approx(max(costs), rel=1e-12)
 
 
 def test_differenced_speeds_can_be_tuned_with():
-    found = nfopidn.tune(structure={"law": "samson", "speeds": "differenced"}, rng=1, maxfev=100)
+    found = nominal.tune(structure={"law": "samson", "speeds": "differenced"}, rng=1, maxfev=100)
     assert found.controller.speeds == "differenced"
 
 
@@ -211,10 +212,10 @@ REFUSED = [
     (lambda: Rival.from_json("[1]"), "must be an object"),
     (lambda: Rival.from_json('{"format": "nfopidn-rival", "version": 1}'), "law is null"),
     (lambda: Rival.from_json(Controller.published().to_json()), "format"),
-    (lambda: nfopidn.tune(structure="samson", bounds={"k_x": (-1, 3)}), "k_x is -1"),
-    (lambda: nfopidn.tune(structure="samson", start=Controller.published()), "must be a Rival"),
-    (lambda: nfopidn.tune(structure="samson", start=Rival("lqr")), "of the law 'samson'"),
-    (lambda: nfopidn.tune(structure="paper", start=Rival("lqr")), "must be a Controller"),
+    (lambda: nominal.tune(structure="samson", bounds={"k_x": (-1, 3)}), "k_x is -1"),
+    (lambda: nominal.tune(structure="samson", start=Controller.published()), "must be a Rival"),
+    (lambda: nominal.tune(structure="samson", start=Rival("lqr")), "of the law 'samson'"),
+    (lambda: nominal.tune(structure="paper", start=Rival("lqr")), "must be a Controller"),
     (lambda: nfopidn.Objective(structure="samson"), "must be one of a Controller"),
 ]
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import Controller, Rival, Robot, Scenario, Trajectory, Verdict, simulate
@@ -50,7 +51,7 @@ def test_a_good_controller_is_green(good):
     family = P.variations("standard")
     assert good.runs.names == family.names
     assert good.runs.costs.tolist() == nfopidn.simulate_many(family, TRACKING).costs.tolist()
-    margins = nfopidn.stability.margins(TRACKING, P)
+    margins = nfopidn.stability.margins(TRACKING, P.replace(integrator="exact"))
     assert good.margin.gain[1] == min(margins.drive.gain[1], margins.steering.gain[1])
     assert good.margin.phase == min(margins.drive.phase, margins.steering.phase)
     assert good.margin.delay == min(margins.drive.delay, margins.steering.delay) / 0.2
@@ -110,7 +111,7 @@ def test_bounds_and_margins_are_amber():
     found = nfopidn.verdict(TRACKING, P, at_bound=["kp_x at its upper bound"])
     assert found.colour == "amber"
     assert found.reasons == ("the search ended on a bound: kp_x at its upper bound",)
-    louder = TRACKING.replace(speed_gain_x=17.5)
+    louder = TRACKING.replace(speed_gain_x=26.0)
     found = nfopidn.verdict(louder, P)
     assert (found.colour, len(found.reasons)) == ("amber", 1)
     assert found.margin.decibels < 6
@@ -278,12 +279,12 @@ def test_export_refuses_what_is_red(tmp_path, good):
 
 
 def test_results_of_tuning_have_a_verdict():
-    result = nfopidn.tune(P, structure="decoupled", rng=1, maxfev=300)
+    result = nominal.tune(P, structure="decoupled", rng=1, maxfev=300)
     bound = [f"{name} at its {side} bound" for name, side in result.at_bounds().items()]
     found = nfopidn.verdict(result.controller, P, at_bound=bound)
     assert result.verdict.to_dict() == found.to_dict()
     assert result.verdict is result.verdict
-    both = nfopidn.tune([P, CIRCLE], structure="decoupled", rng=1, maxfev=300).verdict
+    both = nominal.tune([P, CIRCLE], structure="decoupled", rng=1, maxfev=300).verdict
     assert both.reasons == () or both.reasons[0].startswith("scenario ")
 
 

@@ -9,6 +9,7 @@ import sys
 import time
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from checkpoints import sealed
@@ -22,7 +23,7 @@ PROGRAM = f"""
 import sys, nfopidn
 print("begun", flush=True)
 result = nfopidn.tune(
-    structure="extended", rng=5, maxfev={EVALUATIONS}, checkpoint=sys.argv[1]
+    robustness=None, structure="extended", rng=5, maxfev={EVALUATIONS}, checkpoint=sys.argv[1]
 )
 result.to_json(sys.argv[2])
 """
@@ -94,7 +95,7 @@ def test_a_killed_search_goes_on_to_the_same_result(seed, path, tmp_path):
     assert records == sorted(records)
     same(
         nfopidn.TuneResult.from_json(result),
-        nfopidn.tune(structure="extended", rng=5, maxfev=EVALUATIONS),
+        nominal.tune(structure="extended", rng=5, maxfev=EVALUATIONS),
     )
 
 
@@ -124,19 +125,19 @@ def test_a_search_with_several_scenarios_and_a_start_goes_on(path):
         "rng": 1,
         "maxfev": 1500,
     }
-    stopped = nfopidn.tune(**arguments, checkpoint=path, callback=stop_at(5))
+    stopped = nominal.tune(**arguments, checkpoint=path, callback=stop_at(5))
     assert stopped.nfev < 1500
-    same(nfopidn.tune(**arguments, checkpoint=path), nfopidn.tune(**arguments))
+    same(nominal.tune(**arguments, checkpoint=path), nominal.tune(**arguments))
 
 
 @pytest.mark.parametrize("structure", ["paper", "taps"])
 @pytest.mark.parametrize("rng", [None, 0, 7])
 def test_a_tuning_goes_on(structure, rng, path):
     arguments = {"structure": structure, "maxfev": 1500}
-    stopped = nfopidn.tune(**arguments, rng=rng, checkpoint=path, callback=stop_at(3))
-    result = nfopidn.tune(**arguments, rng=rng, checkpoint=path)
+    stopped = nominal.tune(**arguments, rng=rng, checkpoint=path, callback=stop_at(3))
+    result = nominal.tune(**arguments, rng=rng, checkpoint=path)
     assert result.seed == stopped.seed
-    same(result, nfopidn.tune(**arguments, rng=stopped.seed))
+    same(result, nominal.tune(**arguments, rng=stopped.seed))
 
 
 @pytest.mark.parametrize("rng", [0, 7])
@@ -153,8 +154,8 @@ def test_a_finished_search_gives_the_same_result_again(method, path):
     same(search(again, method=method, checkpoint=path), once)
     assert again.calls == 0
     assert json.loads(path.read_text())["record"] == json.loads(text)["record"]
-    tuned = nfopidn.tune(rng=1, maxfev=300, checkpoint=path.with_suffix(".tune"))
-    same(nfopidn.tune(rng=1, maxfev=300, checkpoint=path.with_suffix(".tune")), tuned)
+    tuned = nominal.tune(rng=1, maxfev=300, checkpoint=path.with_suffix(".tune"))
+    same(nominal.tune(rng=1, maxfev=300, checkpoint=path.with_suffix(".tune")), tuned)
 
 
 def test_a_name_may_be_text_or_a_path(path):
@@ -215,14 +216,14 @@ def test_the_checkpoint_of_another_search_is_refused(change, path):
 )
 def test_the_checkpoint_of_another_tuning_is_refused(change, path):
     arguments = {"rng": 1, "maxfev": 60, "checkpoint": path}
-    nfopidn.tune(**arguments)
+    nominal.tune(**arguments)
     with refused(str(path), "is the checkpoint of another search"):
-        nfopidn.tune(**(arguments | change))
+        nominal.tune(**(arguments | change))
 
 
 def test_what_does_not_decide_the_course_may_change(path):
-    once = nfopidn.tune(rng=1, maxfev=300, checkpoint=path)
-    same(nfopidn.tune(rng=1, maxfev=300, checkpoint=path, workers=2, maxtime=1e6), once)
+    once = nominal.tune(rng=1, maxfev=300, checkpoint=path)
+    same(nominal.tune(rng=1, maxfev=300, checkpoint=path, workers=2, maxtime=1e6), once)
 
 
 def spoilt(**changes):
@@ -284,7 +285,7 @@ def test_a_pipe_is_refused(tmp_path):
 
 
 def long_tuning(**arguments):
-    return nfopidn.tune(rng=3, maxfev=10**7, **arguments)
+    return nominal.tune(rng=3, maxfev=10**7, **arguments)
 
 
 def test_a_time_that_is_over_does_not_undo_what_was_found(path):
@@ -358,13 +359,13 @@ def test_a_search_of_another_course_is_refused(path):
 
 
 def test_costs_that_are_not_the_objective_s_are_found_out(path):
-    nfopidn.tune(rng=1, maxfev=400, checkpoint=path)
+    nominal.tune(rng=1, maxfev=400, checkpoint=path)
     document = json.loads(path.read_text())
     document["record"][100] = 0.001
     text = sealed(document)
     path.write_text(text)
     with refused(str(path), "0.001"):
-        nfopidn.tune(rng=1, maxfev=400, checkpoint=path)
+        nominal.tune(rng=1, maxfev=400, checkpoint=path)
     assert path.read_text() == text
 
 
@@ -374,8 +375,8 @@ def test_the_seed_of_a_later_stage_s_checkpoint_is_found(path):
         "maxfev": 3000,
         "start": nfopidn.Controller.tuned_nominal(),
     }
-    stopped = nfopidn.tune(**arguments, checkpoint=path, callback=stop_at(2))
+    stopped = nominal.tune(**arguments, checkpoint=path, callback=stop_at(2))
     assert not path.exists()  # it was stopped in the stage before the last
-    result = nfopidn.tune(**arguments, checkpoint=path)
+    result = nominal.tune(**arguments, checkpoint=path)
     assert result.seed == stopped.seed
-    same(result, nfopidn.tune(**arguments, rng=stopped.seed))
+    same(result, nominal.tune(**arguments, rng=stopped.seed))

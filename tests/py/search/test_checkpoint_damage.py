@@ -5,6 +5,7 @@ import random
 import shutil
 
 import nfopidn
+import nominal
 import pytest
 from checkpoints import crc64
 from nfopidn import _core
@@ -23,7 +24,7 @@ def search(path, **arguments):
 
 
 def tuning(path, **arguments):
-    return nfopidn.tune(**({"rng": 1, "maxfev": 600, "checkpoint": path} | arguments))
+    return nominal.tune(**({"rng": 1, "maxfev": 600, "checkpoint": path} | arguments))
 
 
 def stop_at(step):

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from nfopidn import Controller, Scenario, Trajectory, TuneResult, bfoa, simulate, tune
+from nfopidn import Controller, Scenario, Trajectory, TuneResult, bfoa, simulate
 from nfopidn.search.interrupts import heeded_signals, user_code
 from nfopidn.search.optimise import MESSAGES
+from nominal import tune
 
 BOX = [(-1.0, 1.0)] * 2
 INTERRUPTED = MESSAGES["interrupted"]
@@ -276,6 +277,7 @@ def endless_tuning(folder, *words):
         "-m",
         "nfopidn",
         "tune",
+        "--nominal",
         "--maxfev",
         str(10**12),
         *words,
@@ -320,7 +322,7 @@ def test_an_ignored_signal_stays_ignored(tmp_path):
     program = (
         "import os, signal, nfopidn\n"
         "end = lambda _: os.kill(os.getpid(), signal.SIGINT)\n"
-        "print(nfopidn.tune(rng=1, maxfev=600, callback=end).message)\n"
+        "print(nfopidn.tune(robustness=None, rng=1, maxfev=600, callback=end).message)\n"
     )
     run = subprocess.run([*command, program], check=True, capture_output=True, text=True)
     assert run.stdout == "The budget of evaluations is used up.\n"

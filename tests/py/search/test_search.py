@@ -14,6 +14,7 @@ import time
 import traceback
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import Forager, OptimizeResult, _core, bfoa
@@ -344,7 +345,7 @@ def test_every_option_is_covered_here():
 @pytest.mark.parametrize("name", WITH_GRADIENTS)
 def test_some_options_are_for_costs_with_gradients(name):
     options = {name: WITH_GRADIENTS[name]}
-    one, other = (nfopidn.tune(rng=1, options=o).history for o in ({}, options))
+    one, other = (nominal.tune(rng=1, options=o).history for o in ({}, options))
     assert one.tolist() != other.tolist()
     same(search(), search(options=options))
 
@@ -880,7 +881,7 @@ def test_what_a_signal_s_handler_raises_reaches_the_caller():
     signal.setitimer(signal.ITIMER_REAL, 0.05)
     try:
         with pytest.raises(TimeoutError, match="too long") as caught:
-            nfopidn.tune(rng=1, maxfev=10**7)
+            nominal.tune(rng=1, maxfev=10**7)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)

@@ -7,6 +7,7 @@ import sys
 import threading
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import Scenario, Trajectory, _core
@@ -37,10 +38,10 @@ BODIES = {
     "costs in threads": "Objective([long, long], workers=2).costs(np.tile(paper, (400, 1)))",
     "gradient": "Objective(long).gradient(paper)",
     "gradient of taps": "Objective(long, structure={'memory': 40}).gradient(paper)",
-    "tune": "nfopidn.tune(long, rng=1)",
-    "tune bfoa": "nfopidn.tune(long, rng=1, method='bfoa', workers=2)",
-    "tune taps": "nfopidn.tune(long, rng=1, structure='taps')",
-    "tune a rival": "nfopidn.tune(long, rng=1, structure='samson')",
+    "tune": "nfopidn.tune(long, robustness=None, rng=1)",
+    "tune bfoa": "nfopidn.tune(long, robustness=None, rng=1, method='bfoa', workers=2)",
+    "tune taps": "nfopidn.tune(long, robustness=None, rng=1, structure='taps')",
+    "tune a rival": "nfopidn.tune(long, robustness=None, rng=1, structure='samson')",
     "compare": "nfopidn.compare([Controller.published()], {'long': long}, seeds=20000)",
     "compare in threads": (
         "nfopidn.compare([Controller.published(), Rival('lqr')], {'long': long, 'same': long},"
@@ -93,7 +94,7 @@ def endless():
 def test_a_time_that_is_over_before_the_first_cost_is_said(method, structure, tmp_path):
     path = tmp_path / "search"
     with pytest.raises(ValueError, match="maxtime was over before the first cost was known"):
-        nfopidn.tune(
+        nominal.tune(
             endless(), structure=structure, method=method, rng=1, maxtime=0.2, checkpoint=path
         )
 
@@ -109,7 +110,7 @@ def test_a_later_stage_that_knows_no_cost_leaves_the_result_of_the_first(monkeyp
 
     monkeypatch.setattr(_core, "search_controller", second_endless)
     structure = {"allocation": "decoupled", "parameters": "taps"}
-    result = nfopidn.tune(structure=structure, rng=1, maxfev=1000, maxtime=1.0)
+    result = nominal.tune(structure=structure, rng=1, maxfev=1000, maxtime=1.0)
     assert len(searches) == 2
     assert result.message == "The time is up."
     assert result.nfev == 300

@@ -4,7 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from nfopidn import Controller, Robot, Scenario, simulate, tune
+from nfopidn import Controller, Robot, Scenario, simulate
+from nominal import tune
 
 MODEL = Robot(9.0, 0.4, 0.4, 0.07)
 

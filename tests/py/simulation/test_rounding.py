@@ -8,6 +8,7 @@ import pickle
 import platform
 
 import nfopidn
+import nominal
 import numpy as np
 import pytest
 from nfopidn import (
@@ -37,7 +38,7 @@ POINTS = np.full((30, 11), 0.2)
 
 
 def tuned(**arguments):
-    return nfopidn.tune(rng=1, maxfev=400, **arguments).x.tolist()
+    return nominal.tune(rng=1, maxfev=400, **arguments).x.tolist()
 
 
 def stepped():

@@ -7,10 +7,11 @@ import threading
 
 import numpy as np
 import pytest
-from nfopidn import Controller, Robot, Scenario, Trajectory, _core, plot, simulate, tune
+from nfopidn import Controller, Robot, Scenario, Trajectory, _core, plot, simulate
 from nfopidn.study import guesses, open_loop_optimum, optimum, transcription
 from nfopidn.study.guesses import other_turns
 from nfopidn.study.motion import branches
+from nominal import tune
 from scipy.optimize import least_squares
 
 NAMES = ("x", "y", "theta", "v", "omega")

@@ -9,10 +9,11 @@ import nfopidn
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from nfopidn import Controller, Scenario, Trajectory, commands, simulate, tune
+from nfopidn import Controller, Scenario, Trajectory, commands, simulate
 from nfopidn.fractional import to_discrete
 from nfopidn.study import cases, files, poses, reproduce, reproduction
 from nfopidn.study.memory import _summary
+from nominal import tune
 
 SEEDS = 1
 MEMORIES = range(1, 9)

@@ -24,10 +24,10 @@ from nfopidn import (
     default_bounds,
     plot,
     simulate,
-    tune,
 )
 from nfopidn.search import optimise as _search
 from nfopidn.search.optimise import MESSAGES
+from nominal import tune
 from numpy.testing import assert_array_equal
 from refusal import refused
 from results import same, watcher
@@ -281,7 +281,8 @@ def test_the_time_ends_the_search_with_a_controller(structure):
     """As a program of its own, so that a crash is a failure and not the end of the tests."""
     program = (
         "import nfopidn\n"
-        f"result = nfopidn.tune(structure={structure!r}, rng=1, maxfev=20000, maxtime=1e-9)\n"
+        f"result = nfopidn.tune(robustness=None, structure={structure!r}, rng=1, maxfev=20000,"
+        " maxtime=1e-9)\n"
         "nfopidn.simulate(controller=result.controller)\n"
         "print(result.nfev < 1000, result.message)\n"
     )
@@ -744,7 +745,7 @@ def test_ctrl_c_gives_the_best_so_far(structure):
         "import os, signal, threading, nfopidn\n"
         "timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))\n"
         "timer.start()\n"
-        f"result = nfopidn.tune(structure={structure!r}, rng=1, maxfev=500000)\n"
+        f"result = nfopidn.tune(robustness=None, structure={structure!r}, rng=1, maxfev=500000)\n"
         "print(result.nfev < 500000, result.success, result.message)\n"
     )
     run = subprocess.run(
