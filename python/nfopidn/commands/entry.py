@@ -14,6 +14,7 @@ import nfopidn
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
 from nfopidn.commands.report import add_report
+from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
 from nfopidn.console import shows_progress
 from nfopidn.files import (
@@ -265,19 +266,23 @@ def _add_export(commands: Any) -> None:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code.
 
-    0 done, 2 bad input, 3 the best controller that tune has found diverges, 130 interrupted, 141
-    the reader of standard output has gone.
+    0 done, 2 bad input, 3 the run of simulate or the best controller that tune has found diverges,
+    130 interrupted, 141 the reader of standard output has gone.
     """
+    words = sys.argv[1:] if words is None else list(words)
+    if words[:1] == [SIMULATE]:
+        return simulate(words[1:])
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    add_simulate(commands)
     _add_tune(commands)
     _add_export(commands)
     add_compare(commands)
     add_report(commands)
     add_study(commands)
     try:
-        for word in sys.argv[1:] if words is None else words:
+        for word in words:
             check_encoding("", word)
         arguments = parser.parse_args(words)
         code = int(arguments.run(arguments))

@@ -31,6 +31,7 @@ INNER = {
     "check_writable",
     "checkpoint_problem",
     "read_text",
+    "run_simulate",
     "StopIf",
     "write_file",
     "analyse_loop",
