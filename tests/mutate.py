@@ -49,7 +49,15 @@ TESTS = {
         "simulation/simulate",
         "tuning/lanes",
     ],
+    "control/torque_limit.hpp": [
+        "control/controller_anti_windup",
+        "control/controller_law",
+        "tuning/lanes",
+    ],
     "loop/closed_loop.hpp": ["loop/loop", "simulation/simulate", "simulation/golden_run"],
+    "loop/cost.hpp": ["loop/loop", "simulation/simulate", "tuning/lanes"],
+    "loop/delay_line.hpp": ["loop/loop", "simulation/simulate"],
+    "loop/heading.hpp": ["loop/loop", "simulation/simulate", "tuning/lanes"],
     "search/bfoa.hpp": ["search/bfoa", "search/search"],
     "simulation/simulate.hpp": ["simulation/simulate", "simulation/golden_run"],
 }

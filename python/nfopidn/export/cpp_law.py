@@ -36,11 +36,11 @@ def law_text(
         rows = ", ".join(
             "{" + ", ".join(literal(share) for share in row) + "}" for row in design.allocation
         )
-        allocation, structure = f"{{{{{rows}}}}}", "nfopidn::AnyStructure<float>"
+        allocation, structure = f"{{{{{rows}}}}}", "nfopidn::RuntimeVariant<float>"
     else:
         allocation = f"nfopidn::Allocation<float>::{kind}()"
         words = [choices["form"], f"AllocationKind::{kind}", *list(choices.values())[1:]]
-        structure = "nfopidn::FixedStructure<\n        float, " + ",\n        ".join(
+        structure = "nfopidn::FixedVariant<\n        float, " + ",\n        ".join(
             f"nfopidn::{word}" for word in words
         )
         structure += ">"

@@ -77,7 +77,7 @@ def design_of(controller: Controller, scenario: Scenario | None) -> Design:
         raise ValueError(
             "the controller has parts of the tracking law (net, amplitudes, pole, integral states "
             "or a scheduled lateral error), which exports do not write yet; the C++ core runs them "
-            "on a microcontroller as Controller<float, Fir<float, N>, TrackingStructure<float>>"
+            "on a microcontroller as Controller<float, Fir<float, N>, TrackingVariant<float>>"
         )
     taps = np.asarray(controller.taps)
     with np.errstate(over="ignore"):

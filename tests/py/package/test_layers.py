@@ -41,6 +41,7 @@ MODULES = [
     "study",
     "commands",
     "__init__",
+    "__main__",
 ]
 
 
@@ -138,4 +139,4 @@ def test_one_name_has_an_underscore(repository, kind):
         for path in root.glob(kind)
         if path.name.startswith("_") and path.suffix in {".py", ".pyi", ""}
     }
-    assert private - {"__init__", "__pycache__"} <= {"_core"}
+    assert private - {"__init__", "__main__", "__pycache__"} <= {"_core"}

@@ -29,6 +29,7 @@ INNER = {
     "check_options",
     "check_sample_time",
     "check_writable",
+    "StandardArithmetic",
     "checkpoint_problem",
     "read_text",
     "run_simulate",

@@ -384,7 +384,7 @@ def test_each_scenario_has_a_section_and_what_cannot_be_said_is_said():
     ("controller", "words"),
     [
         (Controller.published(form="incremental"), "Unstable. "),
-        (Controller.published(frame="world"), "No orbit was found"),
+        (Controller.published(frame="world"), "No periodic orbit was found"),
     ],
 )
 def test_a_diverging_loop_is_shown_until_it_diverges(controller, words, result):

@@ -235,7 +235,7 @@ def test_ctrl_c_twice_while_workers_are_busy_returns_the_best(tmp_path):
 PROGRAM = """
 import sys
 from pathlib import Path
-sys.path.insert(0, {tests!r})
+sys.path[:0] = {folders!r}
 from nfopidn import bfoa
 from test_interrupts import BOX, Slow
 bfoa(Slow(Path({folder!r}), 0), BOX, rng=1, workers=2)
@@ -244,11 +244,13 @@ bfoa(Slow(Path({folder!r}), 0), BOX, rng=1, workers=2)
 
 @pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
 def test_workers_end_with_their_parent(sent, tmp_path):
-    program = PROGRAM.format(tests=str(Path(__file__).parents[1]), folder=str(tmp_path))
+    folders = [str(folder) for folder in Path(__file__).parents[:2]]
+    program = PROGRAM.format(folders=folders, folder=str(tmp_path))
     with subprocess.Popen([sys.executable, "-c", program]) as parent:
         try:
-            wait_until(lambda: len(workers_in(tmp_path)) == 2)
+            wait_until(lambda: len(workers_in(tmp_path)) == 2 or parent.poll() is not None)
             workers = workers_in(tmp_path)
+            assert len(workers) == 2
             assert all(map(is_running, workers))
             parent.send_signal(sent)
             assert parent.wait() == -sent

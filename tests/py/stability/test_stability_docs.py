@@ -8,7 +8,7 @@ from importlib import import_module
 import pytest
 
 
-@pytest.mark.parametrize("name", ["_basin", "_loop", "_margins", "_z_plane"])
+@pytest.mark.parametrize("name", ["attraction", "closed_loop", "loop_margins", "pole_map"])
 def test_docstrings(name):
     failed, run = doctest.testmod(import_module(f"nfopidn.stability.{name}"))
     assert run > 0

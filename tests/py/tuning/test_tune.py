@@ -21,12 +21,12 @@ from nfopidn import (
     Scenario,
     Trajectory,
     TuneResult,
-    _search,
     default_bounds,
     plot,
     simulate,
     tune,
 )
+from nfopidn.search import optimise as _search
 from nfopidn.search.optimise import MESSAGES
 from numpy.testing import assert_array_equal
 from refusal import refused

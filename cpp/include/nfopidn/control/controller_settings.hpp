@@ -244,40 +244,54 @@ struct ControllerSettings {
   }
 };
 
+// A setting that must have one value beside the other settings.
+template <class Base>
+struct Demand {
+  bool holds;  // whether the other settings ask for it
+  const char* field;
+  Base value;
+  Base allowed;
+};
+
+template <class Base, int count>
+constexpr Finding first_unmet(const Demand<Base> (&demands)[count]) noexcept {
+  for (const Demand<Base>& demand : demands) {
+    if (!demand.holds || demand.value == demand.allowed) continue;
+    const double only = static_cast<double>(demand.allowed);
+    return {Status::inconsistent, demand.field, static_cast<double>(demand.value),
+            between(only, only)};
+  }
+  return {};
+}
+
 // What is wrong with the parts of the tracking law together, each being in range. The pole and the
 // integral states act on drive and steering, which only the decoupled allocation has, and beside
 // the neuron, whose output only the positional form gives to the wheels as it is.
 template <class Base>
 constexpr Finding check_tracking_law(const ControllerSettings<Base>& s) noexcept {
-  const auto refused = [](const char* field, Base value, Base allowed) -> Finding {
-    const double only = static_cast<double>(allowed);
-    return {Status::inconsistent, field, static_cast<double>(value), between(only, only)};
+  const Base zero = Base(0), one = Base(1);
+  const bool no_states =
+      s.form != Form::positional || s.allocation.kind() != AllocationKind::decoupled;
+  const bool linear = s.activation == Activation::linear;
+  const bool speeds = s.net == Net::speed_errors;
+  const Demand<Base> demands[] = {
+      {no_states, "pole_x", s.pole_x, zero},
+      {no_states, "pole_theta", s.pole_theta, zero},
+      {no_states, "integral_x", s.integral_x, zero},
+      {no_states, "integral_y", s.integral_y, zero},
+      {no_states, "integral_theta", s.integral_theta, zero},
+      {linear, "amplitude_x", s.amplitude_x, one},
+      {linear, "amplitude_y", s.amplitude_y, one},
+      {linear, "amplitude_theta", s.amplitude_theta, one},
+      {!speeds, "speed_gain_x", s.speed_gain_x, zero},
+      {!speeds, "speed_gain_theta", s.speed_gain_theta, zero},
+      {speeds, "frame", s.frame == Frame::robot ? zero : one, zero},
+      {speeds, "gains", s.gains[0][1], zero},  // ki and kd of x and theta
+      {speeds, "gains", s.gains[0][2], zero},
+      {speeds, "gains", s.gains[2][1], zero},
+      {speeds, "gains", s.gains[2][2], zero},
   };
-  const Base zero = Base(0);
-  if (s.form != Form::positional || s.allocation.kind() != AllocationKind::decoupled) {
-    if (s.pole_x != zero) return refused("pole_x", s.pole_x, zero);
-    if (s.pole_theta != zero) return refused("pole_theta", s.pole_theta, zero);
-    if (s.integral_x != zero) return refused("integral_x", s.integral_x, zero);
-    if (s.integral_y != zero) return refused("integral_y", s.integral_y, zero);
-    if (s.integral_theta != zero) return refused("integral_theta", s.integral_theta, zero);
-  }
-  if (s.activation == Activation::linear) {
-    if (s.amplitude_x != Base(1)) return refused("amplitude_x", s.amplitude_x, Base(1));
-    if (s.amplitude_y != Base(1)) return refused("amplitude_y", s.amplitude_y, Base(1));
-    if (s.amplitude_theta != Base(1)) return refused("amplitude_theta", s.amplitude_theta, Base(1));
-  }
-  if (s.net != Net::speed_errors) {
-    if (s.speed_gain_x != zero) return refused("speed_gain_x", s.speed_gain_x, zero);
-    if (s.speed_gain_theta != zero) return refused("speed_gain_theta", s.speed_gain_theta, zero);
-    return {};
-  }
-  if (s.frame != Frame::robot) return refused("frame", Base(1), zero);
-  for (int channel = 0; channel < channel_count; channel += 2) {  // x and theta
-    for (int term = 1; term < 3; ++term) {                        // ki and kd
-      if (s.gains[channel][term] != zero) return refused("gains", s.gains[channel][term], zero);
-    }
-  }
-  return {};
+  return first_unmet(demands);
 }
 
 }  // namespace nfopidn

@@ -178,11 +178,11 @@ inline Outcome check_times(const std::string& path, const Table& table, const Co
     if (std::fabs(off) <= tolerance) continue;
     const std::string which =
         wanted > 0 ? "the dt given, " + number_text(wanted) : number_text(mean);
-    const std::string mean_text =
-        wanted > 0 ? "; their mean step is " + number_text(mean) + " s" : "";
-    return fault(path, table.lines[k],
-                 "column " + times.name + " does not rise in equal steps of " + which +
-                     " s: this stamp is " + number_text(std::fabs(off)) + " s off" + mean_text);
+    std::string reason = "column " + times.name;
+    reason += " does not rise in equal steps of " + which;
+    reason += " s: this stamp is " + number_text(std::fabs(off)) + " s off";
+    if (wanted > 0) reason += "; their mean step is " + number_text(mean) + " s";
+    return fault(path, table.lines[k], reason);
   }
   return {};
 }

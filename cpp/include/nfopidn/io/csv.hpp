@@ -30,21 +30,23 @@ struct TableReading {
   bool closed = false;          // the table leaves out the point that closes the path
 };
 
-// A trajectory from a table with the columns x and y, a time in equal steps unless dt is given, and
-// perhaps theta or reverse. `path` stands in messages; what is made of each column goes to the
-// trajectory's notes.
-inline Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
-                                     const TableReading& reading, Trajectory& result) {
-  csv::Column x, y, t, theta, reverse;
-  for (const auto& [column, quantity] : {std::pair{&x, "x"}, std::pair{&y, "y"}}) {
-    std::size_t index = csv::no_column;
-    if (Outcome outcome = csv::find(path, table, quantity, index); !outcome) return outcome;
-    if (index == csv::no_column) {
-      return csv::fault(
-          path, table.header_line,
-          "no columns x and y in the header; its columns are " + csv::columns_text(table));
+namespace csv {
+
+// The columns of a path, as far as a table has them.
+struct PathColumns {
+  Column x, y, t, theta, reverse;
+};
+
+inline Outcome read_path_columns(const std::string& path, const Table& table, bool heading_given,
+                                 PathColumns& columns) {
+  for (const auto& [column, quantity] : {std::pair{&columns.x, "x"}, std::pair{&columns.y, "y"}}) {
+    std::size_t index = no_column;
+    if (Outcome outcome = find(path, table, quantity, index); !outcome) return outcome;
+    if (index == no_column) {
+      return fault(path, table.header_line,
+                   "no columns x and y in the header; its columns are " + columns_text(table));
     }
-    if (Outcome outcome = csv::read(path, table, quantity, *column); !outcome) return outcome;
+    if (Outcome outcome = read(path, table, quantity, *column); !outcome) return outcome;
   }
   const std::size_t rows = table.rows.size();
   if (rows < minimum_samples) {
@@ -52,27 +54,59 @@ inline Outcome trajectory_from_table(const std::string& path, const csv::Table& 
                                     " samples; a trajectory needs at least " +
                                     std::to_string(minimum_samples)};
   }
-  if (Outcome outcome = csv::read(path, table, "t", t); !outcome) return outcome;
-  if (!reading.heading_given) {
-    if (Outcome outcome = csv::read(path, table, "theta", theta); !outcome) return outcome;
+  if (Outcome outcome = read(path, table, "t", columns.t); !outcome) return outcome;
+  if (!heading_given) {
+    if (Outcome outcome = read(path, table, "theta", columns.theta); !outcome) return outcome;
   }
-  if (Outcome outcome = csv::read(path, table, "reverse", reverse); !outcome) return outcome;
+  return read(path, table, "reverse", columns.reverse);
+}
+
+// The sample time: that of the times, or the one that was given.
+inline Outcome read_sample_time(const std::string& path, const Table& table, const Column& t,
+                                double given, TrajectorySettings& settings) {
+  settings.dt = given;
+  if (t.values.empty()) {
+    if (given != 0) return {};
+    return fault(path, table.header_line,
+                 "no column of times (t, time, timestamp, ...); give dt. The columns are " +
+                     columns_text(table));
+  }
+  if (Outcome outcome = check_times(path, table, t, given, settings.dt); !outcome) return outcome;
+  Outcome outcome = read_settings({{"dt", settings.dt}}, "", settings);
+  if (!outcome) outcome.message = path + ": the step of " + t.name + ", " + outcome.message;
+  return outcome;
+}
+
+inline Outcome read_flags(const std::string& path, const Table& table, const Column& reverse,
+                          std::vector<unsigned char>& flags) {
+  for (std::size_t k = 0; k < reverse.values.size(); ++k) {
+    const double flag = reverse.values[k];
+    if (flag != 0 && flag != 1) {
+      return fault(path, table.lines[k],
+                   number_text(flag) + " in column " + reverse.name + " must be 0 or 1");
+    }
+    flags.push_back(flag != 0 ? 1 : 0);
+  }
+  return {};
+}
+
+}  // namespace csv
+
+// A trajectory from a table with the columns x and y, a time in equal steps unless dt is given, and
+// perhaps theta or reverse. `path` stands in messages; what is made of each column goes to the
+// trajectory's notes.
+inline Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
+                                     const TableReading& reading, Trajectory& result) {
+  csv::PathColumns columns;
+  if (Outcome outcome = csv::read_path_columns(path, table, reading.heading_given, columns);
+      !outcome) {
+    return outcome;
+  }
+  const auto& [x, y, t, theta, reverse] = columns;
   TrajectorySettings settings = reading.settings;
   settings.name = Curve::samples;
-  settings.dt = reading.dt;
-  if (!t.values.empty()) {
-    Outcome outcome = csv::check_times(path, table, t, reading.dt, settings.dt);
-    if (!outcome) return outcome;
-    outcome = read_settings({{"dt", settings.dt}}, "", settings);
-    if (!outcome) {
-      outcome.message = path + ": the step of " + t.name + ", " + outcome.message;
-      return outcome;
-    }
-  } else if (reading.dt == 0) {
-    return csv::fault(path, table.header_line,
-                      "no column of times (t, time, timestamp, ...); give dt. "
-                      "The columns are " +
-                          csv::columns_text(table));
+  if (Outcome outcome = csv::read_sample_time(path, table, t, reading.dt, settings); !outcome) {
+    return outcome;
   }
   Samples samples;
   const auto array = [](const std::vector<double>& column) {
@@ -82,13 +116,8 @@ inline Outcome trajectory_from_table(const std::string& path, const csv::Table& 
   samples.x = array(x.values);
   samples.y = array(y.values);
   samples.theta = array(theta.values);
-  for (std::size_t k = 0; k < reverse.values.size(); ++k) {
-    const double flag = reverse.values[k];
-    if (flag != 0 && flag != 1) {
-      return csv::fault(path, table.lines[k],
-                        number_text(flag) + " in column " + reverse.name + " must be 0 or 1");
-    }
-    samples.reverse.push_back(flag != 0 ? 1 : 0);
+  if (Outcome outcome = csv::read_flags(path, table, reverse, samples.reverse); !outcome) {
+    return outcome;
   }
   if (reading.closed) close_path(samples);
   Outcome outcome = build_trajectory(settings, samples, "", result);

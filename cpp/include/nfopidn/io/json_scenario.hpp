@@ -124,6 +124,37 @@ inline Outcome build_trajectory(const TrajectorySettings& settings, const Sample
                                   static_cast<double>(count) * settings.laps, path);
 }
 
+namespace json {
+
+// The keys that a path of samples has, and those that it has not.
+inline Outcome read_samples(const Json& object, const std::string& path, Samples& samples) {
+  for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
+    if (object.contains(key)) {
+      return unknown_key(join(path, key),
+                         "name, dt, heading, laps, standstill_speed, x, y, theta, reverse "
+                         "(a path of samples)");
+    }
+  }
+  for (const auto& [key, numbers] : {std::pair{"x", &samples.x}, std::pair{"y", &samples.y}}) {
+    if (Outcome outcome = read_numbers(object, key, path, position_range, "m", *numbers); !outcome)
+      return outcome;
+  }
+  if (object.contains("theta")) {
+    Outcome outcome = read_numbers(object, "theta", path, angle_range, "rad", samples.theta);
+    if (!outcome) return outcome;
+  }
+  return object.contains("reverse") ? read_flags(object, path, samples.reverse) : Outcome{};
+}
+
+inline Outcome refuse_samples(const Json& object, const std::string& path) {
+  for (const char* key : {"x", "y", "theta", "reverse"}) {
+    if (object.contains(key)) return unknown_key(join(path, key), field_list<TrajectorySettings>());
+  }
+  return {};
+}
+
+}  // namespace json
+
 // Keys not named keep the values of `result`, which is a trajectory already or empty.
 inline Outcome read_trajectory(const Json& object, const std::string& path, Trajectory& result) {
   TrajectorySettings settings = result.settings;
@@ -132,32 +163,9 @@ inline Outcome read_trajectory(const Json& object, const std::string& path, Traj
     return outcome;
   }
   Samples samples;
-  if (settings.name == Curve::samples) {
-    for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
-      if (object.contains(key))
-        return json::unknown_key(json::join(path, key),
-                                 "name, dt, heading, laps, standstill_speed, x, y, theta, reverse "
-                                 "(a path of samples)");
-    }
-    for (const auto& [key, numbers] : {std::pair{"x", &samples.x}, std::pair{"y", &samples.y},
-                                       std::pair{"theta", &samples.theta}}) {
-      const bool is_angle = numbers == &samples.theta;
-      if (is_angle && !object.contains(key)) continue;
-      Outcome outcome =
-          json::read_numbers(object, key, path, is_angle ? json::angle_range : json::position_range,
-                             is_angle ? "rad" : "m", *numbers);
-      if (!outcome) return outcome;
-    }
-    if (object.contains("reverse")) {
-      Outcome outcome = json::read_flags(object, path, samples.reverse);
-      if (!outcome) return outcome;
-    }
-  } else {
-    for (const char* key : {"x", "y", "theta", "reverse"}) {
-      if (object.contains(key))
-        return json::unknown_key(json::join(path, key), json::field_list<TrajectorySettings>());
-    }
-  }
+  Outcome outcome = settings.name == Curve::samples ? json::read_samples(object, path, samples)
+                                                    : json::refuse_samples(object, path);
+  if (!outcome) return outcome;
   return build_trajectory(settings, samples, path, result);
 }
 

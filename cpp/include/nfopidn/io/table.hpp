@@ -158,6 +158,34 @@ inline Outcome add_row(const std::string& path, std::size_t line, std::string_vi
 
 }  // namespace detail
 
+namespace detail {
+
+// The last comment before the first row, which is the header where no other line is.
+struct CommentHeader {
+  std::string_view text;
+  std::size_t line = 0;
+
+  void see(std::string_view line_text, std::size_t number) {
+    if (without_mark(line_text).empty()) return;
+    text = without_mark(line_text);
+    line = number;
+  }
+};
+
+// Takes the names of the columns from the first line that is no comment, or from the comment before
+// it where the line holds numbers alone. `is_row` says which it was.
+inline Outcome begin_table(const std::string& path, std::string_view line, std::size_t number,
+                           const CommentHeader& comment, Table& table, bool& is_row) {
+  is_row = holds_numbers_alone(line, find_separator(line));
+  if (is_row && comment.text.empty()) {
+    return fault(path, number, "no header; the first line names the columns, such as t,x,y");
+  }
+  take_header(is_row ? comment.text : line, is_row ? comment.line : number, table);
+  return {};
+}
+
+}  // namespace detail
+
 // The cells of a table are views of its text, which must outlive it: a temporary is refused.
 template <class Text, std::enable_if_t<std::is_same_v<Text, std::string>, int> = 0>
 Outcome parse(const std::string& path, Text&& text, Table& table) = delete;
@@ -174,32 +202,28 @@ inline Outcome parse(const std::string& path, std::string_view text, Table& tabl
                  "write it?");
   }
   detail::Lines lines{text};
-  std::string_view line, comment;
-  std::size_t comment_line = 0;
+  std::string_view line;
+  detail::CommentHeader comment;
   while (lines.next(line)) {
     line = trimmed(line);
     if (line.empty()) continue;
     if (detail::is_comment(line)) {
-      if (table.names.empty() && !detail::without_mark(line).empty()) {
-        comment = detail::without_mark(line);
-        comment_line = lines.number;
-      }
+      if (table.names.empty()) comment.see(line, lines.number);
       continue;
     }
     if (table.names.empty()) {
-      const bool numbers = detail::holds_numbers_alone(line, find_separator(line));
-      if (numbers && comment.empty()) {
-        return fault(path, lines.number,
-                     "no header; the first line names the columns, such as t,x,y");
-      }
-      detail::take_header(numbers ? comment : line, numbers ? comment_line : lines.number, table);
-      if (!numbers) continue;
+      bool is_row = false;
+      Outcome outcome = detail::begin_table(path, line, lines.number, comment, table, is_row);
+      if (!outcome) return outcome;
+      if (!is_row) continue;
     }
     if (Outcome outcome = detail::add_row(path, lines.number, line, table); !outcome) {
       return outcome;
     }
   }
-  if (table.names.empty() && !comment.empty()) detail::take_header(comment, comment_line, table);
+  if (table.names.empty() && !comment.text.empty()) {
+    detail::take_header(comment.text, comment.line, table);
+  }
   if (table.names.empty()) return fault(path, 1, "no header; the file is empty");
   return {};
 }

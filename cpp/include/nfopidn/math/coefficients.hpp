@@ -1,7 +1,7 @@
 // L0. Coefficients of the elementary functions: minimax fits made with mpmath.
 #pragma once
 
-#include <stdint.h>  // <cstdint> is not everywhere
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers): <cstdint> is not everywhere
 
 #include "nfopidn/foundation/compiler.hpp"
 

@@ -3,7 +3,7 @@
 // by side and guess branches.
 #pragma once
 
-#include <stdint.h>  // <cstdint> is not everywhere
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers): <cstdint> is not everywhere
 
 #include "nfopidn/math/coefficients.hpp"
 

@@ -4,6 +4,7 @@
 // All sums are plain loops in a fixed order, so that a search has the same bits on every processor.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "nfopidn/math/math.hpp"
@@ -84,8 +85,8 @@ struct CmaConstants {
 // N(mean, step^2 C). The points' coordinates may be any numbers.
 class AdaptedNormal {
  public:
-  AdaptedNormal(const CmaConstants& constants, const Point& mean, double step)
-      : constants_(constants), mean_(mean), step_(step) {
+  AdaptedNormal(const CmaConstants& constants, Point mean, double step)
+      : constants_(constants), mean_(std::move(mean)), step_(step) {
     const Eigen::Index n = constants.dimension;
     covariance_ = Eigen::MatrixXd::Identity(n, n);
     path_ = shape_path_ = Point::Zero(n);

@@ -158,20 +158,28 @@ inline void note_standstill(double still, Trajectory& t) {
   t.notes.emplace_back(text);
 }
 
-}  // namespace detail
-
-// A path through one lap's positions. Uses dt, heading, laps and standstill_speed of the settings;
-// more than one lap needs a closed path. Derivatives are differences of the samples.
-inline Status make_trajectory(const Samples& lap, const TrajectorySettings& settings,
-                              Trajectory& result) {
+// The sizes and numbers of one lap.
+inline Status check_samples(const Samples& lap, int laps) {
   const Eigen::Index count = lap.x.size();
   const auto flags = static_cast<Eigen::Index>(lap.reverse.size());
   if (lap.y.size() != count || count < minimum_samples) return Status::wrong_size;
   if ((lap.theta.size() != 0 && lap.theta.size() != count) || (flags != 0 && flags != count)) {
     return Status::wrong_size;
   }
-  if (static_cast<double>(count) * settings.laps > maximum_samples) return Status::wrong_size;
+  if (static_cast<double>(count) * laps > maximum_samples) return Status::wrong_size;
   if (!lap.x.allFinite() || !lap.y.allFinite() || !lap.theta.allFinite()) return Status::not_finite;
+  return Status::ok;
+}
+
+}  // namespace detail
+
+// A path through one lap's positions. Uses dt, heading, laps and standstill_speed of the settings;
+// more than one lap needs a closed path. Derivatives are differences of the samples.
+inline Status make_trajectory(const Samples& lap, const TrajectorySettings& settings,
+                              Trajectory& result) {
+  const Status status = detail::check_samples(lap, settings.laps);
+  if (status != Status::ok) return status;
+  const Eigen::Index count = lap.x.size();
   Trajectory t;
   t.settings.name = Curve::samples;
   t.settings.dt = settings.dt;
@@ -189,7 +197,7 @@ inline Status make_trajectory(const Samples& lap, const TrajectorySettings& sett
   t.given_theta = lap.theta;
   t.given_reverse = lap.reverse;
   const bool heading_given = lap.theta.size() != 0;
-  const bool reverse_given = flags != 0;
+  const bool reverse_given = !lap.reverse.empty();
   const double still = settings.standstill_speed ? *settings.standstill_speed
                                                  : detail::standstill_speed(lap, settings.dt);
   if (heading_given || reverse_given) {

@@ -224,7 +224,7 @@ void parameters_to_law(const Structure& structure, const std::vector<Number>& x,
 template <class Scalar>
 LawParameters<Scalar> law_parameters(const ControllerDesign& design) {
   LawNumbers<Scalar> law = law_numbers<Scalar>(design);
-  const auto count = static_cast<std::size_t>(design.memory + 2);
+  const auto count = static_cast<std::size_t>(design.memory) + 2;
   std::vector<Scalar> taps(channel_count * count), work(count);
   return fuse_law<Scalar>(static_cast<const ControllerSettings<double>&>(design), law.gains,
                           law.alpha, law.sigma, law.tracking, taps.data(), work.data());
@@ -258,7 +258,7 @@ inline std::vector<double> parameters_of(ParameterSet parameters, const Controll
     const Structure fused = {design, ParameterSet::orders_by_channel};
     std::vector<double> taps(static_cast<std::size_t>(law_size(fused.settings, design.memory + 2)));
     parameters_to_law(fused, parameters_of(fused.parameters, design), taps.data());
-    taps.resize(static_cast<std::size_t>(channel_count * (design.memory + 2)));
+    taps.resize(channel_count * (static_cast<std::size_t>(design.memory) + 2));
     return taps;
   }
   std::vector<double> x;
