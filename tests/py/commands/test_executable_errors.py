@@ -39,7 +39,7 @@ FAULTS = {
     "noise": (["--noise", "-1,0"], ["noise[0] is -1", "in [0, 1000] m, rad"]),
     "choice": (["--form", "Positional"], ['form is "Positional"', '"positional"', '"incremental"']),
     "path": (["--traj", "square"], ['"square"', "ranunculoid", "rounded_square"]),
-    "path of samples": (["--traj", "samples"], ["traj", "give a file"]),
+    "path of samples": (["--traj", "samples"], ["--trajectory samples", "give a file"]),
     "another form than the structure's": (
         ["--tune", "--structure", "incremental", "--form", "positional"],
         ['form is "positional"; must be "incremental"'],
@@ -60,7 +60,7 @@ FAULTS = {
     "a table without times": (["--traj", "path.csv"], ["path.csv:1: ", "give dt"]),
     "a missing file of another kind": (["--traj", "none.txt"], ["none.txt", "No such file"]),
     "a directory as a path": (["--traj", "./"], ["./", "directory"]),
-    "closed without a file": (["--closed"], ["--closed", "--traj FILE"]),
+    "closed without a file": (["--closed"], ["--closed", "--trajectory FILE"]),
     "wind of another step": (
         ["--disturbance", "timed_wind.csv"],
         ["timed_wind.csv:3: ", "equal steps of the dt given, 0.2 s", "their mean step is 1 s"],

@@ -191,10 +191,10 @@ def test_the_executable_tells_that_all_diverges(sim, hopeless, tmp_path):
     assert (run.returncode, run.stdout) == (3, "")
     assert "the best controller that was found diverges at 0.2 s" in run.stderr
     assert "moves at 7.85 m/s" in run.stderr
-    assert "--velocity reference" in run.stderr
+    assert "--initial-velocity reference" in run.stderr
     run = sim(*words, cwd=tmp_path)
     assert run.returncode == 3
-    assert "--velocity reference" in run.stdout
+    assert "--initial-velocity reference" in run.stdout
     assert run.stderr.count("\n") == 1
     run = sim(*words, "--velocity", "reference", "--json", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")

@@ -9,6 +9,8 @@ namespace nfopidn::commands {
 
 namespace {
 
+constexpr std::size_t help_column = 34;  // behind the longest names of an option
+
 template <class Value>
 std::string default_text(const Value& field) {
   if constexpr (std::is_same_v<std::decay_t<Value>, SampleTime<double>>) {
@@ -38,12 +40,21 @@ std::string choices_text() {
   return "";
 }
 
-// An option for every field of a settings struct.
+// Names as CLI11 takes them: --initial-pose,--pose.
+std::string spelled(const std::vector<std::string>& names, const std::string& prefix = "--") {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ",") + prefix + name;
+  return list;
+}
+
+// An option for every field of a settings struct. The group is the object's name, as a title.
 template <class Settings>
 void add_options(CLI::App& app, const std::string& group, const Settings& defaults, Words& words) {
+  std::string object = group;
+  object.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(object.front())));
   Settings::fields([&](const auto& field) {
     using Value = std::remove_reference_t<decltype(std::declval<Settings&>().*field.member)>;
-    const std::string name = option_name(field);
+    const std::vector<std::string> names = option_names(field, object);
     const std::string key = field.name;
     const std::string unit = *field.unit == '\0' ? "" : " [" + std::string(field.unit) + "]";
     const std::string text = field.text + unit + choices_text<Value>() + " (default " +
@@ -52,16 +63,16 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
       // Of two opposites the last one counts: they act in the order of the command line.
       const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
         app.add_flag_function(
-               "--" + flag, [&words, key, word](std::int64_t) { words[key] = word; }, what)
+               flag, [&words, key, word](std::int64_t) { words[key] = word; }, what)
             ->disable_flag_override()
             ->group(group)
             ->trigger_on_parse();
       };
-      set(name, "true", text);
-      set("no-" + name, "false", "the opposite of --" + name);
+      set(spelled(names), "true", text);
+      set(spelled(names, "--no-"), "false", "the opposite of --" + names.front());
     } else {
       app.add_option_function<std::string>(
-             "--" + name, [&words, key](const std::string& word) { words[key] = word; }, text)
+             spelled(names), [&words, key](const std::string& word) { words[key] = word; }, text)
           ->group(group)
           ->type_name("");
     }
@@ -94,13 +105,13 @@ void declare(CLI::App& app, Arguments& arguments) {
   add_options(app, "Robot", published.robot, arguments.robot);
   add_options(app, "Scenario", published, arguments.scenario);
   add_options(app, "Controller", ControllerSettings<double>{}, arguments.controller);
-  app.get_option("--traj")->description(app.get_option("--traj")->get_description() +
-                                        "; or a file with columns x, y and a time, or --dt");
+  CLI::Option* const path = app.get_option("--trajectory");
+  path->description(path->get_description() + "; or a file with columns x, y and a time, or --dt");
   app.get_option("--disturbance")
       ->description(app.get_option("--disturbance")->get_description() +
                     "; or a file with columns force, moment");
   app.add_flag("--closed", arguments.closed,
-               "the path in the file of --traj is closed: its first point follows the last")
+               "the path in the file of --trajectory is closed: its first point follows the last")
       ->disable_flag_override()
       ->group("Trajectory");
   add_file(app, "--scenario", arguments.scenario_file, "scenario file (JSON)");
@@ -141,8 +152,9 @@ void declare(CLI::App& app, Arguments& arguments) {
   app.add_flag("--quiet", arguments.quiet, "print nothing but what --json asks for")
       ->disable_flag_override();
   app.set_version_flag("--version", arguments.program + " " + NFOPIDN_VERSION);
+  app.get_formatter()->column_width(help_column);
   app.footer(
-      "Without options but --traj ranunculoid this is the paper's scenario under its gains.\n"
+      "Without options but --trajectory ranunculoid this is the paper's scenario under its gains.\n"
       "Torques have the paper's sign: a positive left torque turns the robot counter-clockwise.\n"
       "Exit code: 0 done, 2 bad usage or bad file, 3 the run diverged (after --tune: that of the "
       "best\n"

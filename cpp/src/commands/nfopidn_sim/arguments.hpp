@@ -24,7 +24,7 @@ struct Arguments {
   std::vector<std::string> options;  // of the method, NAME=NUMBER
   std::optional<std::int64_t> maxfev;
   std::uint64_t tune_seed = 0;
-  bool closed = false;  // the path of --traj FILE ends where it began
+  bool closed = false;  // the path of --trajectory FILE ends where it began
   bool tune = false;
   bool json = false;
   bool quiet = false;

@@ -34,7 +34,7 @@ std::string start_advice(const Scenario& scenario) {
   if (!rests || (v == 0 && omega == 0)) return "";
   return format(
       "The robot starts from rest where the reference moves at %.3g m/s and %.3g rad/s:\n"
-      "--velocity reference starts it with these.\n",
+      "--initial-velocity reference starts it with these.\n",
       v, omega);
 }
 

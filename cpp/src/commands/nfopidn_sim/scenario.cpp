@@ -54,12 +54,12 @@ Outcome apply_trajectory(const Arguments& arguments, Scenario& scenario) {
   const auto name = words.find("name");
   const bool is_file = name != words.end() && names_path_file(name->second);
   if (arguments.closed && !is_file) {
-    return {Status::inconsistent, "--closed applies to --traj FILE alone"};
+    return {Status::inconsistent, "--closed applies to --trajectory FILE alone"};
   }
   if (words.empty()) return {};
   if (is_file) return load_path(arguments, words, scenario.trajectory);
   if (name != words.end() && name->second == "samples") {
-    return {Status::not_a_choice, "--traj samples has no positions; give a file"};
+    return {Status::not_a_choice, "--trajectory samples has no positions; give a file"};
   }
   Json object = write_trajectory(scenario.trajectory);
   if (name != words.end() && scenario.trajectory.settings.name == Curve::samples) {

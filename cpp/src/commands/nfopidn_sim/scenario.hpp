@@ -10,7 +10,7 @@ namespace nfopidn::commands {
 // Whether a word for --disturbance is a file's name: one that exists, or that ends as a table's.
 bool names_file(const std::string& word);
 
-// Whether a word for --traj is. The name of a curve comes first; none has a point or a slash.
+// Whether a word for --trajectory is. The name of a curve comes first; none has a point or a slash.
 bool names_path_file(const std::string& word);
 
 // The published scenario or that of a file, with the options over it.
