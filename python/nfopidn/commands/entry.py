@@ -13,6 +13,7 @@ from typing import Any
 import nfopidn
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
+from nfopidn.commands.parsing import parse
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
@@ -284,7 +285,7 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         for word in words:
             check_encoding("", word)
-        arguments = parser.parse_args(words)
+        arguments = parse(parser, commands.choices, words)
         code = int(arguments.run(arguments))
         sys.stdout.flush()
         return code

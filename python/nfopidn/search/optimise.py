@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn.arguments import check_encoding, is_number
+from nfopidn.arguments import check_encoding, is_number, suggestion
 from nfopidn.console import Report, progress
 from nfopidn.files import check_outputs
 from nfopidn.search.interrupts import StopRequests, heeded_signals, user_code
@@ -184,7 +184,9 @@ def check_settings(
     A search in stages has checkpoints with these suffixes besides its own.
     """
     if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
+        hint = suggestion(method, METHODS)
+        known = ", ".join(map(repr, METHODS))
+        raise ValueError(f"method is {method!r}{hint}; must be one of {known}")
     if maxfev is None:
         maxfev = _core.METHODS[method]
     elif not is_number(maxfev) or not 1 <= maxfev < UNLIMITED or int(maxfev) != maxfev:

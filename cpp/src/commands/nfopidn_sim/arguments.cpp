@@ -163,6 +163,21 @@ void declare(CLI::App& app, Arguments& arguments) {
 }
 
 }  // namespace
+// Names the option that was probably meant by the first one that is unknown.
+std::string option_suggestion(const CLI::App& app) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back(name);
+  }
+  for (const std::string& word : app.remaining()) {
+    if (word.rfind("--", 0) != 0) continue;
+    const std::string name = word.substr(2, word.find('=') - 2);
+    const std::string nearest = nearest_word(name, known);
+    return nearest.empty() ? "" : " (did you mean --" + nearest + "?)";
+  }
+  return "";
+}
+
 
 std::optional<int> parse(const std::vector<std::string>& words, Arguments& arguments) {
   CLI::App app("Simulates a differential-drive robot under the NFOPIDN controller.",
@@ -181,7 +196,8 @@ std::optional<int> parse(const std::vector<std::string>& words, Arguments& argum
     if (const auto place = message.find(clumsy); place != std::string::npos) {
       message = "--" + message.replace(place, clumsy.size(), " takes no value");
     }
-    return fail(arguments, {Status::not_a_choice, message + "; see --help"});
+    message += option_suggestion(app) + "; see --help";
+    return fail(arguments, {Status::not_a_choice, message});
   }
   return std::nullopt;
 }
