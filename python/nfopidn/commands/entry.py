@@ -28,7 +28,13 @@ from nfopidn.files import (
     save_picture,
 )
 from nfopidn.search.interrupts import EXIT_INTERRUPTED, heeded_signals
-from nfopidn.search.optimise import FIRST_STAGE, LATERAL_STAGES, MESSAGES, METHODS
+from nfopidn.search.optimise import (
+    FIRST_STAGE,
+    LATERAL_STAGES,
+    MESSAGES,
+    METHODS,
+    seed_of_checkpoints,
+)
 
 EXIT_BAD_INPUT = 2
 EXIT_DIVERGED = 3
@@ -61,6 +67,24 @@ def _options(words: Sequence[str]) -> dict[str, float]:
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
 
 
+def _stages(arguments: argparse.Namespace) -> list[str]:
+    """Return the suffixes of the checkpoints that the search's stages have besides its own."""
+    if not arguments.checkpoint or arguments.structure != "taps":
+        return []
+    return [FIRST_STAGE, *filter(None, LATERAL_STAGES.values())]
+
+
+def _seed(arguments: argparse.Namespace) -> int:
+    """Return the seed: the one given, or that of the search that goes on, or 0.
+
+    Commands draw no seed: the same words give the same result.
+    """
+    if arguments.seed is not None:
+        return int(arguments.seed)
+    seed = seed_of_checkpoints(arguments.checkpoint or "", _stages(arguments))
+    return 0 if seed is None else seed
+
+
 def _tune(arguments: argparse.Namespace) -> int:
     """Tune and write; Ctrl-C and SIGTERM end the search, a second one ends the program."""
     signals = (signal.SIGINT, signal.SIGTERM)
@@ -79,9 +103,8 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         "--plot": arguments.plot,
         "--checkpoint": arguments.checkpoint,
     }
-    if arguments.checkpoint and arguments.structure == "taps":  # whose stages have their own
-        for stage in (FIRST_STAGE, *filter(None, LATERAL_STAGES.values())):
-            outputs[f"--checkpoint{stage}"] = arguments.checkpoint + stage
+    stages = _stages(arguments)
+    outputs |= {f"--checkpoint{stage}": arguments.checkpoint + stage for stage in stages}
     check_outputs(
         outputs,
         inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
@@ -94,7 +117,7 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
             bounds=_pairs(arguments.bound, "bound", 2) or None,
             method=arguments.method,
             options=_options(arguments.option),
-            rng=arguments.seed,
+            rng=_seed(arguments),
             maxfev=arguments.maxfev,
             maxtime=arguments.maxtime,
             stopval=arguments.stopval,
@@ -172,7 +195,11 @@ def _add_tune(commands: Any) -> None:
         default=1.0,
         help="share of the worst scenarios that counts (%(default)s: all)",
     )
-    add("--seed", type=int, help="default: drawn, and printed")
+    add(
+        "--seed",
+        type=int,
+        help="of the search; default: that of the checkpoint that is gone on from, or else 0",
+    )
     add("--maxfev", type=int, help="evaluations (10000 for bfoa+ and cma, one schedule for bfoa)")
     add("--maxtime", type=float, help="most time [s]")
     add("--stopval", type=float, help="end at this cost")

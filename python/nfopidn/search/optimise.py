@@ -244,9 +244,8 @@ def _checked_path(checkpoint: Any) -> str:
 
 def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
     if rng is None:
-        paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
-        seeds = [_seed_of_checkpoint(path) for path in paths]
-        return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
+        seed = seed_of_checkpoints(checkpoint, stages)
+        return secrets.randbits(32) if seed is None else seed
     if isinstance(rng, np.random.SeedSequence | np.random.BitGenerator):
         rng = np.random.default_rng(rng)
     if isinstance(rng, np.random.RandomState):
@@ -269,6 +268,16 @@ def problem_in(checkpoint: str) -> dict[str, Any] | None:
     text = _core.checkpoint_problem(checkpoint)
     problem = None if text is None else json.loads(text)
     return problem if isinstance(problem, dict) else None
+
+
+def seed_of_checkpoints(checkpoint: str, stages: Sequence[str] = ()) -> int | None:
+    """Give the seed of the search that goes on from a checkpoint, or from that of a stage of it.
+
+    None if there is none, or if `checkpoint` is empty.
+    """
+    paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
+    seeds = (_seed_of_checkpoint(path) for path in paths)
+    return next((seed for seed in seeds if seed is not None), None)
 
 
 def _seed_of_checkpoint(path: str) -> int | None:

@@ -142,7 +142,8 @@ void declare(CLI::App& app, Arguments& arguments) {
       ->group("Tuning")
       ->type_name("N")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 53));
-  app.add_option("--tune-seed", arguments.tune_seed, "seed of the search (default 0)")
+  app.add_option("--tune-seed", arguments.tune_seed,
+                 "seed of the search; --seed is that of the run's noise (default 0)")
       ->needs("--tune")
       ->group("Tuning")
       ->type_name("N")
@@ -162,7 +163,6 @@ void declare(CLI::App& app, Arguments& arguments) {
       "written).");
 }
 
-}  // namespace
 // Names the option that was probably meant by the first one that is unknown.
 std::string option_suggestion(const CLI::App& app) {
   std::vector<std::string> known;
@@ -178,6 +178,7 @@ std::string option_suggestion(const CLI::App& app) {
   return "";
 }
 
+}  // namespace
 
 std::optional<int> parse(const std::vector<std::string>& words, Arguments& arguments) {
   CLI::App app("Simulates a differential-drive robot under the NFOPIDN controller.",
