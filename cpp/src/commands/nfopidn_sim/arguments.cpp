@@ -43,7 +43,11 @@ std::string choices_text() {
 // Names as CLI11 takes them: --initial-pose,--pose.
 std::string spelled(const std::vector<std::string>& names, const std::string& prefix = "--") {
   std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ",") + prefix + name;
+  for (const std::string& name : names) {
+    if (!list.empty()) list += ',';
+    list += prefix;
+    list += name;
+  }
   return list;
 }
 

@@ -30,13 +30,14 @@ int run(const Arguments& arguments) {
   }
   MethodOptions method;
   if (Outcome outcome = read_method(arguments, method); !outcome) return fail(arguments, outcome);
-  std::optional<StopRequests> requests;
-  if (arguments.tune) requests.emplace();
   // Whether the files can be written shows before the run, not after.
   const Outputs outputs = {arguments.out, arguments.save_scenario, arguments.save_controller};
   if (Outcome outcome = check_outputs(outputs, inputs_of(arguments)); !outcome) {
     return fail(arguments, outcome);
   }
+  // From here on no file is open until the search is over: a second signal leaves none behind.
+  std::optional<StopRequests> requests;
+  if (arguments.tune) requests.emplace();
   if (!arguments.quiet) {
     for (const std::string& note : scenario.trajectory.notes) say(arguments, note);
   }
