@@ -8,12 +8,13 @@ import tempfile
 from pathlib import Path
 
 import nfopidn
+from nfopidn import commands
 
 PUBLISHED_COST = 0.09205918448715  # tests/golden/costs.json
 
 
 def main() -> None:
-    """Simulate, tune, draw, write a file and C sources."""
+    """Simulate, tune, draw, write a file and C sources, run the executable's command."""
     result = nfopidn.simulate()
     assert math.isclose(result.cost, PUBLISHED_COST, rel_tol=1e-9), result.cost
 
@@ -28,6 +29,9 @@ def main() -> None:
         nfopidn.plot.overview(result).savefig(Path(folder) / "overview.png")
         written = nfopidn.export_c(loaded, folder, scenario=tuned.scenario)
         assert all(path.stat().st_size > 0 for path in written)
+        run = Path(folder) / "run.csv"
+        assert commands.main(["simulate", "--quiet", "--out", str(run)]) == 0
+        assert len(run.read_text().splitlines()) == 1 + len(result)
     print(f"nfopidn {nfopidn.__version__}: {nfopidn.__file__}")
 
 

@@ -82,11 +82,15 @@ def table(settings: list[Setting], options: Callable[[str], str] | None = None) 
 
 
 def sim_options(help_text: str) -> Callable[[str], str]:
-    """Return a function that finds the executable's option by what is told about it."""
-    found = re.findall(r"^  (--[a-z-]+)\s+(.*)$", help_text, re.MULTILINE)
+    """Return a function that finds the executable's option by what is told about it.
+
+    Of an option with a short name it gives both.
+    """
+    found = re.findall(r"^  (--[a-z-]+(?:,--[a-z-]+)*)\s+(.*)$", help_text, re.MULTILINE)
 
     def option(text: str) -> str:
-        return next((name for name, told in found if told.startswith(text)), "")
+        names = next((names for names, told in found if told.startswith(text)), "")
+        return names.replace(",", ", ")
 
     return option
 
@@ -194,6 +198,14 @@ def commands_page(executable: Path, sim_help: str) -> str:
     overview = console_help(["--help"])
     lines = ["# Commands", "", "## nfopidn", "", "```text", overview.rstrip(), "```", ""]
     for name in re.findall(r"^    ([a-z][\w-]*)  +\S", overview, re.MULTILINE):
+        if name == "simulate":  # prints past sys.stdout what nfopidn_sim prints
+            lines += [
+                f"## nfopidn {name}",
+                "",
+                f"Does what `{executable.name}` does, which is told",
+            ]
+            lines += ["below, with the same options.", ""]
+            continue
         told = console_help([name, "--help"])
         lines += [f"## nfopidn {name}", "", "```text", told.rstrip(), "```", ""]
     lines += [f"## {executable.name}", "", "```text", sim_help.rstrip(), "```", ""]

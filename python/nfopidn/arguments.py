@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 from numbers import Integral, Real
 from typing import Any
 
@@ -35,6 +36,18 @@ def shown(value: Any) -> str:
         return repr(value)
     except ValueError:  # of a list with such a number
         return f"a {type(value).__name__} with a number of too many digits"
+
+
+def suggestion(word: Any, known: Iterable[str]) -> str:
+    """Return " (did you mean 'mass'?)", to stand behind the refused word; empty if none is near.
+
+    Case does not count.
+    """
+    if not isinstance(word, str):
+        return ""
+    by_lower = {name.lower(): name for name in known}
+    near = get_close_matches(word.lower(), by_lower, n=1)
+    return f" (did you mean {by_lower[near[0]]!r}?)" if near else ""
 
 
 def check_encoding(what: str, text: str) -> None:

@@ -115,6 +115,7 @@ void bind_simulation(py::module_& module);
 void bind_tuning(py::module_& module);
 void bind_fractional(py::module_& module);
 void bind_stability(py::module_& module);
+void bind_commands(py::module_& module);
 
 // Copying and comparing by the JSON that describes the object completely.
 template <class Object, class Class, class Write, class Read>

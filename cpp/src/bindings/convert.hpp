@@ -152,9 +152,8 @@ inline py::dict bind_arguments(const std::string& callable, const std::vector<st
       throw py::type_error(callable + "() got two values for argument '" + name + "'");
     }
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-      std::string known;
-      for (const std::string& other : names) known += (known.empty() ? "" : ", ") + other;
-      throw py::type_error(callable + "() has no argument '" + name + "'; known: " + known);
+      throw py::type_error(callable + "() has no argument '" + name + "'" +
+                           suggestion(name, names) + "; known: " + json::list_text(names));
     }
     bound[key] = value;
   }

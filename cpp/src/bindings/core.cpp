@@ -34,4 +34,5 @@ PYBIND11_MODULE(_core, module) {
   binding::bind_tuning(module);
   binding::bind_fractional(module);
   binding::bind_stability(module);
+  binding::bind_commands(module);
 }

@@ -13,7 +13,9 @@ from typing import Any
 import nfopidn
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
+from nfopidn.commands.parsing import parse
 from nfopidn.commands.report import add_report
+from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
 from nfopidn.commands.verdict import add_verdict
 from nfopidn.console import shows_progress
@@ -28,7 +30,13 @@ from nfopidn.files import (
 )
 from nfopidn.robustness import Verdict, read_verdict, save_with_verdict, scenario_digest
 from nfopidn.search.interrupts import EXIT_INTERRUPTED, heeded_signals
-from nfopidn.search.optimise import FIRST_STAGE, LATERAL_STAGES, MESSAGES, METHODS
+from nfopidn.search.optimise import (
+    FIRST_STAGE,
+    LATERAL_STAGES,
+    MESSAGES,
+    METHODS,
+    seed_of_checkpoints,
+)
 
 EXIT_BAD_INPUT = 2
 EXIT_DIVERGED = 3
@@ -73,6 +81,24 @@ def _options(words: Sequence[str]) -> dict[str, float]:
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
 
 
+def _stages(arguments: argparse.Namespace) -> list[str]:
+    """Return the suffixes of the checkpoints that the search's stages have besides its own."""
+    if not arguments.checkpoint or arguments.structure != "taps":
+        return []
+    return [FIRST_STAGE, *filter(None, LATERAL_STAGES.values())]
+
+
+def _seed(arguments: argparse.Namespace) -> int:
+    """Return the seed: the one given, or that of the search that goes on, or 0.
+
+    Commands draw no seed: the same words give the same result.
+    """
+    if arguments.seed is not None:
+        return int(arguments.seed)
+    seed = seed_of_checkpoints(arguments.checkpoint or "", _stages(arguments))
+    return 0 if seed is None else seed
+
+
 def _tune(arguments: argparse.Namespace) -> int:
     """Tune and write; Ctrl-C and SIGTERM end the search, a second one ends the program."""
     signals = (signal.SIGINT, signal.SIGTERM)
@@ -91,9 +117,8 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         "--plot": arguments.plot,
         "--checkpoint": arguments.checkpoint,
     }
-    if arguments.checkpoint and arguments.structure == "taps":  # whose stages have their own
-        for stage in (FIRST_STAGE, *filter(None, LATERAL_STAGES.values())):
-            outputs[f"--checkpoint{stage}"] = arguments.checkpoint + stage
+    stages = _stages(arguments)
+    outputs |= {f"--checkpoint{stage}": arguments.checkpoint + stage for stage in stages}
     check_outputs(
         outputs,
         inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
@@ -106,7 +131,7 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
             bounds=_pairs(arguments.bound, "bound", 2) or None,
             method=arguments.method,
             options=_options(arguments.option),
-            rng=arguments.seed,
+            rng=_seed(arguments),
             maxfev=arguments.maxfev,
             maxtime=arguments.maxtime,
             stopval=arguments.stopval,
@@ -221,7 +246,11 @@ def _add_tune(commands: Any) -> None:
         default=1.0,
         help="share of the worst scenarios that counts (%(default)s: all)",
     )
-    add("--seed", type=int, help="default: drawn, and printed")
+    add(
+        "--seed",
+        type=int,
+        help="of the search; default: that of the checkpoint that is gone on from, or else 0",
+    )
     add("--maxfev", type=int, help="evaluations (10000 for bfoa+ and cma, one schedule for bfoa)")
     add("--maxtime", type=float, help="most time [s]")
     add("--stopval", type=float, help="end at this cost")
@@ -348,12 +377,16 @@ def _add_export(commands: Any) -> None:
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code.
 
-    0 done, 2 bad input, 3 the best controller that tune has found diverges or a verdict is red,
-    130 interrupted, 141 the reader of standard output has gone.
+    0 done, 2 bad input, 3 the run of simulate or the best controller of tune diverges or a verdict
+    is red, 130 interrupted, 141 the reader of standard output has gone.
     """
+    words = sys.argv[1:] if words is None else list(words)
+    if words[:1] == [SIMULATE]:
+        return simulate(words[1:])
     parser = argparse.ArgumentParser(prog="nfopidn", description=nfopidn.__doc__)
     parser.add_argument("--version", action="version", version=f"nfopidn {nfopidn.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    add_simulate(commands)
     _add_tune(commands)
     _add_export(commands)
     add_compare(commands)
@@ -361,9 +394,9 @@ def main(words: Sequence[str] | None = None) -> int:
     add_study(commands)
     add_verdict(commands)
     try:
-        for word in sys.argv[1:] if words is None else words:
+        for word in words:
             check_encoding("", word)
-        arguments = parser.parse_args(words)
+        arguments = parse(parser, commands.choices, words)
         code = int(arguments.run(arguments))
         sys.stdout.flush()
         return code

@@ -22,7 +22,7 @@ from nfopidn._core import (
     metric_fields,
     simulate,
 )
-from nfopidn.arguments import check_sample_time, whole_number
+from nfopidn.arguments import check_sample_time, suggestion, whole_number
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.comparison import tables
 from nfopidn.comparison.contenders import AnyController
@@ -121,7 +121,9 @@ class Comparison:
     def median(self, metric: str = "cost") -> Array:
         """Give a metric's medians over the runs, (controllers, scenarios)."""
         if metric not in self.values:
-            raise ValueError(f"metric is {metric!r}; must be one of {', '.join(self.values)}")
+            hint = suggestion(metric, self.values)
+            known = ", ".join(self.values)
+            raise ValueError(f"metric is {metric!r}{hint}; must be one of {known}")
         return np.median(self.values[metric], axis=2)
 
     def join(self, others: Sequence[Comparison]) -> Comparison:
@@ -146,8 +148,9 @@ class Comparison:
     def ranking(self, scenario: str) -> Ranking:
         """Rank the controllers on a scenario by their costs."""
         if scenario not in self.scenarios:
+            hint = suggestion(scenario, self.scenarios)
             known = ", ".join(self.scenarios)
-            raise ValueError(f"scenario is {scenario!r}; must be one of {known}")
+            raise ValueError(f"scenario is {scenario!r}{hint}; must be one of {known}")
         place = self.scenarios.index(scenario)
         costs, draws = self.values["cost"][:, place], self.draws[:, place]
         return rank(list(self.controllers), costs, draws)
@@ -162,8 +165,9 @@ class Comparison:
         """
         for name, cost in optima.items():
             if name not in self.scenarios:
+                hint = suggestion(name, self.scenarios)
                 known = ", ".join(self.scenarios)
-                raise ValueError(f"optima names {name!r}; must be one of {known}")
+                raise ValueError(f"optima names {name!r}{hint}; must be one of {known}")
             if cost is not None and not (np.isfinite(cost) and cost > 0):
                 raise ValueError(f"optima[{name!r}] is {cost}; must be greater than 0, or None")
         return replace(self, optima={**self.optima, **optima})

@@ -9,7 +9,7 @@ from threading import Event
 from typing import Any
 
 from nfopidn._core import Controller, Rival, Scenario, StopIf
-from nfopidn.arguments import names_in, whole_number
+from nfopidn.arguments import names_in, suggestion, whole_number
 from nfopidn.console import progress as progress_bar
 from nfopidn.search.interrupts import wish_to_stop
 from nfopidn.tuning.parameters import controller_structure
@@ -84,8 +84,10 @@ def contender_names(names: Sequence[str]) -> list[str]:
         members = GROUPS.get(name, [name])
         for member in members:
             if member not in CONTENDERS:
-                known = ", ".join(map(repr, [*GROUPS, *CONTENDERS]))
-                raise ValueError(f"controller {member!r} is not known; known: {known}")
+                known = [*GROUPS, *CONTENDERS]
+                hint = suggestion(member, known)
+                listed = ", ".join(map(repr, known))
+                raise ValueError(f"controller {member!r} is not known{hint}; known: {listed}")
             if member not in chosen:
                 chosen.append(member)
     return chosen

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from nfopidn._core import Robot, Scenario
-from nfopidn.arguments import names_in
+from nfopidn.arguments import names_in, suggestion
 from nfopidn.families.paths import LAPS, PUBLISHED, on_path
 from nfopidn.tuning.parameters import ROBOT_FIELDS
 
@@ -55,10 +55,13 @@ def scenario_suite(names: Sequence[str] | None = None) -> dict[str, Scenario]:
     for name in suite_names() if names is None else names_in("scenarios", names):
         path, _, condition = name.partition("/")
         if path not in path_names():
-            raise ValueError(f"scenario {name!r}: unknown path; known: {', '.join(path_names())}")
+            hint = suggestion(path, path_names())
+            known = ", ".join(path_names())
+            raise ValueError(f"scenario {name!r}: unknown path{hint}; known: {known}")
         if condition and condition not in CONDITIONS:
+            hint = suggestion(condition, CONDITIONS)
             known = ", ".join(CONDITIONS)
-            raise ValueError(f"scenario {name!r}: unknown condition; known: {known}")
+            raise ValueError(f"scenario {name!r}: unknown condition{hint}; known: {known}")
         scenario = on_path(path)
         chosen[name] = (
             scenario.replace(**CONDITIONS[condition](scenario)) if condition else scenario

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nfopidn import _core
+from nfopidn.arguments import suggestion
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.errors import operator_errors, warn_if_far
@@ -201,7 +202,8 @@ class Discretisation:
             words = "to_control needs python-control: pip install 'nfopidn[control]'"
             raise ImportError(words) from error
         if form is not None and (not isinstance(form, str) or form not in _FORMS):
-            raise ValueError(f"form is {form!r}; must be one of {', '.join(_FORMS)}")
+            hint = suggestion(form, _FORMS)
+            raise ValueError(f"form is {form!r}{hint}; must be one of {', '.join(_FORMS)}")
         if frequency is not None:
             if form is not None:
                 raise ValueError(
@@ -293,7 +295,8 @@ def discretise(
     order = checks.order("order", order)
     dt = checks.sample_time(dt)
     if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method is {method!r}; must be one of {', '.join(METHODS)}")
+        hint = suggestion(method, METHODS)
+        raise ValueError(f"method is {method!r}{hint}; must be one of {', '.join(METHODS)}")
     memory = checks.whole("memory", memory, 0, checks.LONGEST_MEMORY)
     sections = checks.whole("sections", sections, 1, 200)
     warp = checks.prewarp_frequency(prewarp, dt)

@@ -76,7 +76,8 @@ def bfoa(
         Settings of the method; docs/tuning.md lists them.
     rng
         A seed, a numpy.random.Generator, BitGenerator, SeedSequence or RandomState, or None to draw
-        a seed, which the result records. SciPy's older name `seed` does as well.
+        a seed, which the result records as `seed`; with a `checkpoint` to go on from, None stands
+        for its seed. SciPy's older name `seed` does as well.
     maxfev, maxtime, stopval
         End at this many evaluations (default 10,000 for "bfoa+", one schedule for "bfoa"), after
         this time [s], or at this cost.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn import _core
-from nfopidn.arguments import check_encoding, is_number
+from nfopidn.arguments import check_encoding, is_number, suggestion
 from nfopidn.console import Report, progress
 from nfopidn.files import check_outputs
 from nfopidn.search.interrupts import StopRequests, heeded_signals, user_code
@@ -184,7 +184,9 @@ def check_settings(
     A search in stages has checkpoints with these suffixes besides its own.
     """
     if not isinstance(method, str) or method not in METHODS:
-        raise ValueError(f"method is {method!r}; must be one of {', '.join(map(repr, METHODS))}")
+        hint = suggestion(method, METHODS)
+        known = ", ".join(map(repr, METHODS))
+        raise ValueError(f"method is {method!r}{hint}; must be one of {known}")
     if maxfev is None:
         maxfev = _core.METHODS[method]
     elif not is_number(maxfev) or not 1 <= maxfev < UNLIMITED or int(maxfev) != maxfev:
@@ -242,9 +244,8 @@ def _checked_path(checkpoint: Any) -> str:
 
 def _seed(rng: Any, checkpoint: str, stages: Sequence[str]) -> int:
     if rng is None:
-        paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
-        seeds = [_seed_of_checkpoint(path) for path in paths]
-        return next((seed for seed in seeds if seed is not None), secrets.randbits(32))
+        seed = seed_of_checkpoints(checkpoint, stages)
+        return secrets.randbits(32) if seed is None else seed
     if isinstance(rng, np.random.SeedSequence | np.random.BitGenerator):
         rng = np.random.default_rng(rng)
     if isinstance(rng, np.random.RandomState):
@@ -267,6 +268,16 @@ def problem_in(checkpoint: str) -> dict[str, Any] | None:
     text = _core.checkpoint_problem(checkpoint)
     problem = None if text is None else json.loads(text)
     return problem if isinstance(problem, dict) else None
+
+
+def seed_of_checkpoints(checkpoint: str, stages: Sequence[str] = ()) -> int | None:
+    """Give the seed of the search that goes on from a checkpoint, or from that of a stage of it.
+
+    None if there is none, or if `checkpoint` is empty.
+    """
+    paths = [checkpoint + suffix for suffix in ("", *stages)] if checkpoint else []
+    seeds = (_seed_of_checkpoint(path) for path in paths)
+    return next((seed for seed in seeds if seed is not None), None)
 
 
 def _seed_of_checkpoint(path: str) -> int | None:

@@ -12,7 +12,13 @@ import numpy as np
 
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
-from nfopidn.arguments import check_encoding, check_sample_time, is_number, real_numbers
+from nfopidn.arguments import (
+    check_encoding,
+    check_sample_time,
+    is_number,
+    real_numbers,
+    suggestion,
+)
 from nfopidn.search.optimise import Array, check_bounds
 
 #: What a Robot is made of.
@@ -244,7 +250,8 @@ def _sources(
 
 def _known(name: str, names: Sequence[str], argument: str) -> int:
     if name not in names:
-        raise ValueError(f"{argument} names {name!r}; known: {', '.join(names)}")
+        hint = suggestion(name, names)
+        raise ValueError(f"{argument} names {name!r}{hint}; known: {', '.join(names)}")
     return names.index(name)
 
 

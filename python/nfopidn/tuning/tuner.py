@@ -95,7 +95,8 @@ def tune(
         By name, such as {"ki_x": (0, 0.3)}, the others by default_bounds(); or (p, 2) for all
         free parameters.
     method, options, rng, maxfev, maxtime, stopval, callback, checkpoint, progress
-        As for bfoa(). A gradient counts as 1 + p evaluations.
+        As for bfoa(). A gradient counts as 1 + p evaluations. With `rng=None` a seed is drawn, and
+        `TuneResult.seed` records it; the commands draw none, they use 0.
     workers
         Threads. The result does not depend on their number.
     frozen

@@ -85,7 +85,10 @@ void expect_tidy_fields() {
   std::set<std::string> options;
   Settings::fields([&](const auto& field) {
     EXPECT_TRUE(names.insert(field.name).second) << field.name;
-    EXPECT_TRUE(options.insert(field.option != nullptr ? field.option : field.name).second);
+    EXPECT_TRUE(options.insert(field.name).second);
+    if (field.option != nullptr) {
+      EXPECT_TRUE(options.insert(field.option).second) << field.option;
+    }
     EXPECT_GT(std::strlen(field.text), 5U) << field.name;
     EXPECT_EQ(std::strchr(field.text, '\n'), nullptr) << field.name;
     EXPECT_NE(field.unit, nullptr) << field.name;

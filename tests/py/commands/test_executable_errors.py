@@ -3,6 +3,7 @@
 import json
 import signal
 import subprocess
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -38,7 +39,7 @@ FAULTS = {
     "noise": (["--noise", "-1,0"], ["noise[0] is -1", "in [0, 1000] m, rad"]),
     "choice": (["--form", "Positional"], ['form is "Positional"', '"positional"', '"incremental"']),
     "path": (["--traj", "square"], ['"square"', "ranunculoid", "rounded_square"]),
-    "path of samples": (["--traj", "samples"], ["traj", "give a file"]),
+    "path of samples": (["--traj", "samples"], ["--trajectory samples", "give a file"]),
     "another form than the structure's": (
         ["--tune", "--structure", "incremental", "--form", "positional"],
         ['form is "positional"; must be "incremental"'],
@@ -59,7 +60,7 @@ FAULTS = {
     "a table without times": (["--traj", "path.csv"], ["path.csv:1: ", "give dt"]),
     "a missing file of another kind": (["--traj", "none.txt"], ["none.txt", "No such file"]),
     "a directory as a path": (["--traj", "./"], ["./", "directory"]),
-    "closed without a file": (["--closed"], ["--closed", "--traj FILE"]),
+    "closed without a file": (["--closed"], ["--closed", "--trajectory FILE"]),
     "wind of another step": (
         ["--disturbance", "timed_wind.csv"],
         ["timed_wind.csv:3: ", "equal steps of the dt given, 0.2 s", "their mean step is 1 s"],
@@ -160,14 +161,23 @@ def caught(pid):
     return int(status.split("SigCgt:")[1].split()[0], 16)
 
 
+@pytest.fixture(params=["nfopidn_sim", "nfopidn simulate"])
+def program(request, executable):
+    """How the program is started that has this name in its messages, and the name."""
+    if request.param == "nfopidn_sim":
+        return [executable], request.param
+    return [sys.executable, "-m", "nfopidn", "simulate"], request.param
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_search_writes_the_best_so_far(sent, executable, tmp_path):
+def test_an_interrupted_search_writes_the_best_so_far(sent, program, tmp_path):
+    words, name = program
     found = tmp_path / "found.json"
-    with endless_search(executable, "--save-controller", found) as search:
+    with endless_search(*words, "--save-controller", found) as search:
         search.send_signal(sent)
         printed, said = search.communicate()
     assert search.returncode == 130
-    assert said.startswith("nfopidn_sim: interrupted after ")
+    assert said.startswith(f"{name}: interrupted after ")
     assert [path.name for path in tmp_path.iterdir()] == ["found.json"]
     run = nfopidn.simulate(Scenario.published(rng=0), Controller.load(found))
     assert json.loads(printed)["cost"] == pytest.approx(run.metrics["cost"], rel=1e-9)
@@ -176,9 +186,15 @@ def test_an_interrupted_search_writes_the_best_so_far(sent, executable, tmp_path
 @pytest.mark.parametrize(
     "both", [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)], ids=["int", "term"]
 )
-def test_a_second_signal_of_either_kind_ends_the_program(both, executable, tmp_path):
-    words = ["--period", "1e6", "--dt", "0.5"]  # one evaluation takes a tenth of a second
-    with endless_search(executable, *words, "--out", tmp_path / "run.csv") as search:
+def test_a_second_signal_of_either_kind_ends_the_program(both, program, tmp_path):
+    words = [
+        *program[0],
+        "--period",
+        "1e6",
+        "--dt",
+        "0.5",
+    ]  # one evaluation takes a tenth of a second
+    with endless_search(*words, "--out", tmp_path / "run.csv") as search:
         search.send_signal(both[0])
         while caught(search.pid) >> (both[1] - 1) & 1:
             assert search.poll() is None
@@ -188,8 +204,8 @@ def test_a_second_signal_of_either_kind_ends_the_program(both, executable, tmp_p
     assert not list(tmp_path.iterdir())
 
 
-def test_a_search_in_the_background_lets_ctrl_c_pass(executable):
-    with endless_search("env", "--ignore-signal=INT", executable) as search:
+def test_a_search_in_the_background_lets_ctrl_c_pass(program):
+    with endless_search("env", "--ignore-signal=INT", *program[0]) as search:
         assert not caught(search.pid) >> (signal.SIGINT - 1) & 1
         search.send_signal(signal.SIGINT)
         search.send_signal(signal.SIGTERM)

@@ -6,7 +6,7 @@ import re
 import pytest
 from nfopidn import Controller, Scenario
 
-NOISY = ["--noise", "0.01,0.02"]
+NOISY = ["--pose-noise", "0.01,0.02"]
 INCREMENTAL = ["--form", "incremental", "--torque-limit", "0.3"]
 CONTINUOUS = ["--heading", "continuous"]
 DECOUPLED = ["--allocation", "decoupled"]
@@ -19,7 +19,7 @@ SCHEDULED = ["--lateral", "scheduled"]
 # Option: a value that changes the published run, its unit and default as --help has them, and what
 # else must be set for it to matter.
 SETTINGS = {
-    "--traj": ("circle", "", "ranunculoid", []),
+    "--trajectory": ("circle", "", "ranunculoid", []),
     "--period": ("100", "s", "150.0", []),
     "--dt": ("0.1", "s", "0.2", []),
     "--cusps": ("5", "", "3", []),
@@ -32,17 +32,17 @@ SETTINGS = {
     "--inertia": ("0.3", "kg m^2", "0.5873", []),
     "--track-width": ("0.39", "m", "0.452", []),
     "--wheel-radius": ("0.07", "m", "0.076", []),
-    "--pose": ("-3.5,0.5,1", "m, m, rad", "4.0,0.0,1.0472", []),
-    "--velocity": ("0.1,-0.2", "m/s, rad/s", "0.0,0.0", []),
+    "--initial-pose": ("-3.5,0.5,1", "m, m, rad", "4.0,0.0,1.0472", []),
+    "--initial-velocity": ("0.1,-0.2", "m/s, rad/s", "0.0,0.0", []),
     "--torque-limit": ("0.5", "N m", "3.078", []),
     "--feedforward": (None, "", "true", ["--scenario", "without-feedforward.json"]),
     "--no-feedforward": (None, "", None, []),
     "--integrator": ("exact", "", "semi-implicit-euler", []),
     "--substeps": ("4", "", "1", []),
     "--disturbance": ("0.5,-0.1", "N, N m", "0.0,0.0", []),
-    "--viscous": ("0.01", "N m s/rad", "0.0", []),
-    "--coulomb": ("0.05", "N m", "0.0", []),
-    "--noise": ("0.01,0", "m, rad", "0.0,0.0", []),
+    "--viscous-friction": ("0.01", "N m s/rad", "0.0", []),
+    "--coulomb-friction": ("0.05", "N m", "0.0", []),
+    "--pose-noise": ("0.01,0", "m, rad", "0.0,0.0", []),
     "--delay": ("1", "samples", "0", []),
     "--divergence-distance": ("3", "m", "10.0", ["--frame", "world"]),
     "--model": ("10,0.5,0.4,0.07", "kg, kg m^2, m, m", "robot", []),
@@ -78,6 +78,15 @@ SETTINGS = {
     "--lateral-speed": ("0.5", "m/s", "0.25", SCHEDULED),
     "--lateral-power": ("1", "", "1.5", SCHEDULED),
 }
+# Short names, which are older.
+ALIASES = {
+    "--trajectory": "--traj",
+    "--initial-pose": "--pose",
+    "--initial-velocity": "--velocity",
+    "--viscous-friction": "--viscous",
+    "--coulomb-friction": "--coulomb",
+    "--pose-noise": "--noise",
+}
 FILES = {"--scenario", "--controller", "--closed"}
 OUTPUTS = {"--out", "--save-scenario", "--save-controller", "--json", "--quiet"}
 # test_tuning_commands.py
@@ -95,9 +104,12 @@ def help_text(sim):
 @pytest.fixture(scope="module")
 def options(help_text):
     """The description of each option that --help lists."""
-    found = re.findall(r"^ +(?:-\w,)?(--[\w-]+)(?: +[A-Z]+)? +(.*)$", help_text, re.MULTILINE)
-    assert len(dict(found)) == len(found)
-    return dict(found)
+    line = r"^ +(?:-\w,)?(--[\w-]+)(?:,(--[\w-]+))?(?: +[A-Z]+)? +(.*)$"
+    found = re.findall(line, help_text, re.MULTILINE)
+    texts = {name: text for name, _, text in found}
+    assert len(texts) == len(found)
+    assert {name: alias for name, alias, _ in found if alias} == ALIASES
+    return texts
 
 
 @pytest.fixture
@@ -114,6 +126,27 @@ def metrics(sim, tmp_path):
 
 def test_every_option_is_covered_here(options):
     assert set(options) == set(SETTINGS) | FILES | OUTPUTS | PROGRAM | TUNING
+
+
+def test_an_option_has_the_name_of_its_key_in_json(options, sim, tmp_path):
+    files = [tmp_path / "scenario.json", tmp_path / "controller.json"]
+    run = sim("--quiet", "--save-scenario", files[0], "--save-controller", files[1])
+    assert run.returncode == 0
+    scenario, controller = (json.loads(file.read_text()) for file in files)
+    keys = {*scenario, *scenario["robot"], *scenario["trajectory"], *controller}
+    keys -= {"format", "version", "robot", "name"}  # of a path, which is --trajectory
+    named = {"--" + key.replace("_", "-") for key in keys}
+    # --standstill-speed has a key where it is not at its default.
+    assert named == set(SETTINGS) - {"--no-feedforward", "--standstill-speed"}
+
+
+@pytest.mark.parametrize("option", ALIASES)
+def test_a_short_name_does_what_the_whole_one_does(option, metrics, sim):
+    value, _, _, context = SETTINGS[option]
+    assert metrics(*context, ALIASES[option], value) == metrics(*context, option, value)
+    run = sim(option, value, f"{ALIASES[option]}={value}")
+    assert (run.returncode, run.stdout) == (2, "")
+    assert f"{option}: " in run.stderr
 
 
 @pytest.mark.parametrize("option", SETTINGS)

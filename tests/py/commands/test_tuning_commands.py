@@ -156,12 +156,28 @@ def test_an_option_changes_the_result(option, value, cli_tune, tmp_path):
     assert histories[0] != histories[1]
 
 
-def test_a_drawn_seed_is_printed_and_repeats_the_search(cli_tune, tmp_path):
+def test_without_a_seed_it_is_0_as_the_executable_s_is(cli_tune, sim, tmp_path):
     code, text, _ = cli_tune("--maxfev", "200")
     assert code == 0
-    seed = int(text.split("seed ")[1].split(".")[0])
+    assert "\nseed 0. " in text
     found = Controller.load(tmp_path / "controller.json")
-    assert tune(rng=seed, maxfev=200).controller == found
+    assert tune(rng=0, maxfev=200).controller == found
+    path = tmp_path / "of_the_executable.json"
+    run = sim("--tune", "--maxfev", "200", "--quiet", "--save-controller", path)
+    assert run.returncode in (0, 3)
+    assert Controller.load(path) == found
+
+
+@pytest.mark.parametrize("structure", ["paper", "taps"])
+def test_without_a_seed_a_checkpoint_s_search_goes_on(structure, cli_tune):
+    words = ("--structure", structure, "--maxfev", "300", "--checkpoint", "search.checkpoint")
+    first = cli_tune(*words, "--seed", "7")
+    again = cli_tune(*words)
+    assert first[0] == again[0] == 0
+    assert "\nseed 7. " in again[1]
+    code, _, err = cli_tune(*words, "--seed", "0")
+    assert code == 2
+    assert "another search" in err
 
 
 def test_the_convergence_is_drawn(cli_tune, tmp_path):
@@ -193,10 +209,10 @@ def test_the_executable_tells_that_all_diverges(sim, hopeless, tmp_path):
     assert (run.returncode, run.stdout) == (3, "")
     assert "the best controller that was found diverges at 0.2 s" in run.stderr
     assert "moves at 7.85 m/s" in run.stderr
-    assert "--velocity reference" in run.stderr
+    assert "--initial-velocity reference" in run.stderr
     run = sim(*words, cwd=tmp_path)
     assert run.returncode == 3
-    assert "--velocity reference" in run.stdout
+    assert "--initial-velocity reference" in run.stdout
     assert run.stderr.count("\n") == 1
     run = sim(*words, "--velocity", "reference", "--json", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")

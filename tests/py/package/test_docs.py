@@ -240,6 +240,8 @@ def test_settings_have_the_executable_s_options(executable):
         assert all(option(setting.text) for setting in settings), name
     mass = next(s for s in SETTINGS["nfopidn.Robot"] if s.name == "mass")
     assert option(mass.text) == "--mass"
+    pose = next(s for s in SETTINGS["nfopidn.Scenario"] if s.name == "initial_pose")
+    assert option(pose.text) == "--initial-pose, --pose"
 
 
 def test_options_of_searches_are_read_from_their_structs():
@@ -261,9 +263,13 @@ def test_options_of_searches_are_read_from_their_structs():
 
 def test_the_commands_are_told(executable):
     page = settings_reference.commands_page(executable, "the executable's help")
-    assert {"nfopidn tune", "nfopidn export", "nfopidn compare", "nfopidn report"} <= set(
-        re.findall(r"^## (.*)$", page, re.MULTILINE)
-    )
+    assert {
+        "nfopidn simulate",
+        "nfopidn tune",
+        "nfopidn export",
+        "nfopidn compare",
+        "nfopidn report",
+    } <= set(re.findall(r"^## (.*)$", page, re.MULTILINE))
     assert "the executable's help" in page
 
 

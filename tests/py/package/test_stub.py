@@ -33,6 +33,7 @@ INNER = {
     "checkpoint_problem",
     "family_cap",
     "read_text",
+    "run_simulate",
     "StopIf",
     "write_file",
     "analyse_loop",

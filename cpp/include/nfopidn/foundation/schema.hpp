@@ -38,7 +38,7 @@ struct Field {
   const char* unit;    // "" where there is none
   Range range;         // of every number in the field
   const char* text;    // one line, for people
-  const char* option;  // the command line's name for it, without the dashes
+  const char* option;  // the command line's short name for it, without the dashes; or nullptr
 };
 
 template <class Owner, class Value>

@@ -23,30 +23,38 @@ bool has_field(const std::string& key) {
   return found;
 }
 
+inline std::string list_text(const std::vector<std::string>& words) {
+  std::string list;
+  for (const std::string& word : words) list += (list.empty() ? "" : ", ") + word;
+  return list;
+}
+
 template <class Settings>
 std::string field_list() {
-  std::string list;
-  Settings::fields(
-      [&](const auto& field) { list += (list.empty() ? "" : ", ") + std::string(field.name); });
-  return list;
+  std::vector<std::string> names;
+  Settings::fields([&](const auto& field) { names.emplace_back(field.name); });
+  return list_text(names);
 }
 
 // What an object may hold, but for the header that every document has.
 template <class Settings>
-std::string known_keys(const std::vector<std::string>& also) {
-  std::string list;
+std::vector<std::string> known_keys(const std::vector<std::string>& also) {
+  std::vector<std::string> keys;
   for (const std::string& key : also) {
-    if (key != "format" && key != "version") list += key + ", ";
+    if (key != "format" && key != "version") keys.push_back(key);
   }
-  return list + field_list<Settings>();
+  Settings::fields([&](const auto& field) { keys.emplace_back(field.name); });
+  return keys;
 }
 
 // Settings within settings: an object with every one of their keys.
 template <class Settings, std::enable_if_t<nfopidn::detail::has_fields<Settings>, int> = 0>
 void read(const Json& value, const Context& context, std::optional<Settings>& result);
 
-inline Outcome unknown_key(const std::string& path, const std::string& known) {
-  return {Status::not_a_choice, path + " is unknown; known: " + known};
+// `hint` names the key that was probably meant.
+inline Outcome unknown_key(const std::string& path, const std::string& known,
+                           const std::string& hint = "") {
+  return {Status::not_a_choice, path + " is unknown" + hint + "; known: " + known};
 }
 
 }  // namespace json
@@ -63,7 +71,9 @@ Outcome read_settings(const Json& object, const std::string& path, Settings& set
     const bool known = json::has_field<Settings>(item.key()) ||
                        std::find(also.begin(), also.end(), item.key()) != also.end();
     if (!known) {
-      return json::unknown_key(json::join(path, item.key()), json::known_keys<Settings>(also));
+      const std::vector<std::string> keys = json::known_keys<Settings>(also);
+      return json::unknown_key(json::join(path, item.key()), json::list_text(keys),
+                               suggestion(item.key(), keys));
     }
   }
   Outcome outcome;

@@ -22,11 +22,10 @@ Outcome explain_options(const Options& options) {
 inline Outcome read_method(const std::string& name, const Json& given, MethodOptions& result) {
   const std::optional<MethodOptions> defaults = method_named(name);
   if (!defaults) {
-    std::string names;
-    for_each_method([&](auto* method) {
-      names += (names.empty() ? "" : ", ") + std::string(MethodOf<decltype(method)>::name);
-    });
-    return refuse(Status::out_of_range, "method", name, "one of " + names);
+    std::vector<std::string> names;
+    for_each_method([&](auto* method) { names.emplace_back(MethodOf<decltype(method)>::name); });
+    return refuse(Status::out_of_range, "method", name + suggestion(name, names),
+                  "one of " + json::list_text(names));
   }
   result = *defaults;
   return std::visit(

@@ -23,15 +23,16 @@ inline Json write_rival(const rivals::RivalDesign& design) {
 }
 
 inline Outcome find_law(const Json& name, std::size_t& law) {
-  std::string known;
+  std::vector<std::string> known;
   for (std::size_t i = 0; i < rivals::law_count; ++i) {
-    if (name == rivals::law_name(i)) {
-      law = i;
-      return {};
-    }
-    known += (known.empty() ? "" : ", ") + rivals::law_name(i);
+    known.push_back(rivals::law_name(i));
+    if (name != known.back()) continue;
+    law = i;
+    return {};
   }
-  return {Status::inconsistent, "law is " + name.dump() + "; must be one of " + known};
+  const std::string hint = name.is_string() ? suggestion(name.get<std::string>(), known) : "";
+  return refuse(Status::inconsistent, "law", name.dump() + hint,
+                "one of " + json::list_text(known));
 }
 
 // Parameters that are left out keep the law's own values.

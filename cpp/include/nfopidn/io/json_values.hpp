@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "nfopidn/io/nearest.hpp"
 #include "nfopidn/io/outcome.hpp"
 #include "nfopidn/simulation/scenario.hpp"
 
@@ -29,9 +30,12 @@ struct Context {
   void complain(const Outcome& complaint) const {
     if (outcome->status == Status::ok) *outcome = complaint;
   }
-  void wrong_type(const Json& value, const std::string& rule) const {
+  // Of a text that is none of the words, the message names the word that was probably meant.
+  void wrong_type(const Json& value, const std::string& rule,
+                  const std::vector<std::string>& words = {}) const {
     std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
     if (text.size() > 40) text = text.substr(0, 37) + "...";
+    if (value.is_string()) text += suggestion(value.get_ref<const std::string&>(), words);
     complain(refuse(Status::not_a_choice, path, text, rule));
   }
 };
@@ -121,7 +125,8 @@ void read(const Json& value, const Context& context, Choice& result) {
       ++index;
     }
   }
-  context.wrong_type(value, choice_list<Choice>());
+  const auto& names = ChoiceNames<Choice>::names;
+  context.wrong_type(value, choice_list<Choice>(), {std::begin(names), std::end(names)});
 }
 
 template <class Element, std::size_t count>
@@ -166,7 +171,8 @@ inline void read(const Json& value, const Context& context, Allocation<double>& 
   } else if (value.is_array()) {
     read(value, context, result.matrix);
   } else {
-    context.wrong_type(value, "\"paper\", \"decoupled\" or 2 lists of 3 numbers");
+    context.wrong_type(value, "\"paper\", \"decoupled\" or 2 lists of 3 numbers",
+                       {"paper", "decoupled"});
   }
 }
 

@@ -8,12 +8,15 @@
 
 namespace nfopidn {
 
-// The command line's name of a field, without the dashes.
+// The command line's names of a field, without the dashes: that of its key in JSON, and its short
+// one if it has one. A field called `name` tells which kind its object is, so that its option has
+// the object's name.
 template <class Owner, class Value>
-std::string option_name(const Field<Owner, Value>& field) {
-  std::string name = field.option != nullptr ? field.option : field.name;
+std::vector<std::string> option_names(const Field<Owner, Value>& field, const std::string& object) {
+  std::string name = field.name == std::string_view("name") ? object : field.name;
   std::replace(name.begin(), name.end(), '_', '-');
-  return name;
+  if (field.option == nullptr) return {name};
+  return {name, field.option};
 }
 
 namespace words {
