@@ -34,8 +34,9 @@ def main():
         for seed in arguments.seeds:
             begun = time.perf_counter()
             result = nfopidn.tune(
-                list(family),
+                family,
                 structure="tracking",
+                robustness=None,
                 method=arguments.method,
                 maxfev=arguments.maxfev,
                 rng=seed,

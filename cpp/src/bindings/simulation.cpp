@@ -32,7 +32,7 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   } else if (py::isinstance<PyController>(controller)) {
     const ControllerDesign& design = controller.cast<const PyController&>().settings;
     check("simulate", explain_sample_time(design, run.scenario.trajectory.dt()));
-    warn_of_robot(design, run.scenario.robot);
+    warn_of_robot(design, run.scenario.modelled_robot());
     run.driver = design;
   } else if (!controller.is_none()) {
     throw py::type_error("simulate: controller must be a Controller or a Rival, not " +

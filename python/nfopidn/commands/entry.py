@@ -28,7 +28,7 @@ from nfopidn.files import (
     raise_kept,
     save_picture,
 )
-from nfopidn.robustness import Verdict, read_verdict, save_with_verdict, scenario_digest
+from nfopidn.robustness import Verdict, digest, read_verdict, save_with_verdict
 from nfopidn.search.interrupts import EXIT_INTERRUPTED, heeded_signals
 from nfopidn.search.optimise import (
     FIRST_STAGE,
@@ -262,8 +262,12 @@ def _add_tune(commands: Any) -> None:
     parser.set_defaults(run=_tune)
 
 
-def _check_verdict(arguments: argparse.Namespace, scenario: nfopidn.Scenario | None) -> None:
-    """Refuse to export what is judged red, and say so where nothing has been judged.
+def _verdict_of_file(
+    arguments: argparse.Namespace,
+    controller: nfopidn.Controller,
+    scenario: nfopidn.Scenario | None,
+) -> Verdict | None:
+    """Give the file's verdict; refuse to export what is red, and say where nothing is verified.
 
     Raises
     ------
@@ -271,18 +275,20 @@ def _check_verdict(arguments: argparse.Namespace, scenario: nfopidn.Scenario | N
         The controller file's verdict is red, and --force is not given.
     """
     found = read_verdict(arguments.controller)
-    if found is None:
+    own = found is not None and found.controller_digest == digest(controller)
+    if found is None or not own:
+        why = "has no verdict" if found is None else "has a verdict on other numbers than its own"
         print(
-            f"nfopidn: {arguments.controller} has no verdict: not verified; nfopidn verdict "
+            f"nfopidn: {arguments.controller} {why}: not verified; nfopidn verdict "
             f"{arguments.controller} -o FILE gives it one",
             file=sys.stderr,
         )
-        return
+        return None
     print(f"nfopidn: {found.line}", file=sys.stderr)
-    if scenario is None or found.digest != scenario_digest(scenario):
+    if not found.is_of(controller, scenario):
         where = "no scenario is given" if scenario is None else "the scenario given is another"
         print(
-            f"nfopidn: {where}; the verdict is on scenario {found.digest}: not verified",
+            f"nfopidn: {where}; the verdict is on scenario {found.scenario_digest}: not verified",
             file=sys.stderr,
         )
     if found.colour == "red" and not arguments.force:
@@ -290,12 +296,13 @@ def _check_verdict(arguments: argparse.Namespace, scenario: nfopidn.Scenario | N
             f"{arguments.controller} is not exported, since its verdict is red: "
             f"{'; '.join(found.reasons)}; --force exports it all the same"
         )
+    return found
 
 
 def _export(arguments: argparse.Namespace) -> int:
     controller = load_nfopidn(arguments.controller)
     scenario = nfopidn.Scenario.load(arguments.scenario) if arguments.scenario else None
-    _check_verdict(arguments, scenario)
+    verdict = _verdict_of_file(arguments, controller, scenario)
     written = []
     in_c = arguments.c or not arguments.cpp
     if arguments.hardware and not in_c:
@@ -315,6 +322,7 @@ def _export(arguments: argparse.Namespace) -> int:
             reference=arguments.reference,
             longest_step=arguments.longest_step,
             velocity_limits=arguments.velocity_limits,
+            verdict=verdict,
         )
     if arguments.cpp:
         name = "nfopidn_controller" if arguments.name is None else arguments.name
@@ -324,6 +332,7 @@ def _export(arguments: argparse.Namespace) -> int:
             scenario=scenario,
             name=name,
             reference=arguments.reference,
+            verdict=verdict,
         )
     for path in written:
         print(path)

@@ -4,38 +4,36 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from typing import Any
 
 from nfopidn._core import Scenario
 from nfopidn.files import check_outputs, load_controller
-from nfopidn.robustness import Verdict, read_verdict, save_with_verdict, scenario_digest, verdict
+from nfopidn.robustness import read_verdict, save_with_verdict, verdict
 
 EXIT_RED = 3
 
 
 def _run(arguments: argparse.Namespace) -> int:
     controller = load_controller(arguments.controller)
-    scenario = (
-        Scenario.load(arguments.scenario) if arguments.scenario else Scenario.published(rng=0)
-    )
+    if arguments.scenario:
+        scenario = Scenario.load(arguments.scenario)
+    else:
+        scenario = Scenario.published(rng=0)
+        print("nfopidn: no --scenario; judged on the published one", file=sys.stderr)
     check_outputs({"--output": arguments.output})
+    before = read_verdict(arguments.controller)  # which knows what a search left on a bound
+    known = before is not None and before.is_of(controller, scenario)
     found = verdict(
         controller,
         scenario,
-        at_bound=_left_on_a_bound(read_verdict(arguments.controller), scenario),
+        at_bound=before.at_bound if before is not None and known else (),
         workers=arguments.workers,
     )
     if arguments.output:
         save_with_verdict(controller, arguments.output, found)
     print(json.dumps(found.to_dict(), allow_nan=False) if arguments.json else found)
     return EXIT_RED if found.colour == "red" else 0
-
-
-def _left_on_a_bound(before: Verdict | None, scenario: Scenario) -> tuple[str, ...]:
-    """Give what the file's own verdict knows of the search, if it is on the same scenario."""
-    if before is None or before.digest != scenario_digest(scenario):
-        return ()
-    return before.at_bound
 
 
 def add_verdict(commands: Any) -> None:

@@ -18,6 +18,7 @@ from nfopidn.export.c_tracking import has_speed_errors
 from nfopidn.export.cpp_law import law_text
 from nfopidn.export.design import check_name, design_of, write
 from nfopidn.export.reference import c_reference_texts, warn_of_origin
+from nfopidn.robustness.verdict import Verdict
 
 
 def _asked(wanted: bool, what: str, scenario: Scenario | None) -> Scenario | None:
@@ -40,6 +41,7 @@ def export_c(
     reference: bool = False,
     longest_step: float | None = None,
     velocity_limits: Sequence[float] | None = None,
+    verdict: Verdict | None = None,
 ) -> list[Path]:
     """Write a controller as self-contained C99, a header and a source, in single precision.
 
@@ -75,6 +77,9 @@ def export_c(
         Of `hardware`, for bases that take velocities: the most v [m/s], omega [rad/s], acceleration
         [m/s^2] and angular acceleration [rad/s^2], written as ``NAME_VELOCITY_LIMITS``. 0: the base
         does not move; infinity, the default of each: no limit.
+    verdict
+        What nfopidn.verdict() says of the controller; stands in the comment at the top. Without
+        one, or with one on another controller or scenario, the comment says ``not verified``.
 
     Returns
     -------
@@ -105,7 +110,7 @@ def export_c(
         raise ValueError("longest_step is given without hardware, which has the odometry")
     if velocity_limits is not None and not hardware:
         raise ValueError("velocity_limits are given without hardware, which has velocities")
-    texts = law_texts(controller, scenario, design, name, repeats=hardware)
+    texts = law_texts(controller, scenario, design, name, verdict=verdict, repeats=hardware)
     if robot is not None:
         check_sample_time(controller, robot)
         texts |= hardware_texts(controller, robot, name, longest_step, velocity_limits)
@@ -122,6 +127,7 @@ def export_cpp(
     scenario: Scenario | None = None,
     name: str = "nfopidn_controller",
     reference: bool = False,
+    verdict: Verdict | None = None,
 ) -> list[Path]:
     """Write a controller as a constexpr C++17 header on the core's own, in single precision.
 
@@ -142,6 +148,9 @@ def export_cpp(
     reference
         Also define the tables ``name::reference`` and ``name::laps`` of the scenario's reference,
         as export_c() has it.
+    verdict
+        What nfopidn.verdict() says of the controller; stands in the comment at the top. Without
+        one, or with one on another controller or scenario, the comment says ``not verified``.
 
     Returns
     -------
@@ -167,7 +176,7 @@ def export_cpp(
         raise ValueError("name is 'nfopidn', the library's own namespace; choose another")
     design = design_of(no_rival(controller), scenario)
     path = _referenced(scenario, reference)
-    text = law_text(controller, scenario, design, name, reference=path)
+    text = law_text(controller, scenario, design, name, verdict=verdict, reference=path)
     if path is not None:
         warn_of_origin(path)
     return write(directory, {f"{name}.hpp": text})

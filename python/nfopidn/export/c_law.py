@@ -17,6 +17,7 @@ from nfopidn.export.design import (
     template,
 )
 from nfopidn.export.self_test import self_test_text
+from nfopidn.robustness.verdict import Verdict
 
 
 def _lateral(controller: Controller, design: Design) -> str:
@@ -86,7 +87,13 @@ def _functions(controller: Controller) -> str:
 
 
 def law_texts(
-    controller: Controller, scenario: Scenario | None, design: Design, name: str, *, repeats: bool
+    controller: Controller,
+    scenario: Scenario | None,
+    design: Design,
+    name: str,
+    *,
+    verdict: Verdict | None,
+    repeats: bool,
 ) -> dict[str, str]:
     """Header and source by file; `repeats` adds the function that hardware needs."""
     left, right = _allocation(design.allocation)
@@ -97,7 +104,7 @@ def law_texts(
         "name_step": f"{name}_step",
         "guard": name.upper(),
         "version": __version__,
-        "origin": origin_of(controller, scenario, " * "),
+        "origin": origin_of(controller, scenario, verdict, " * "),
         "count": str(design.taps.shape[1]),
         "limit": literal(design.limit),
         "speed_note": "" if _reads_speed(controller) else "; not read",

@@ -13,6 +13,7 @@ from nfopidn.export.design import (
     template,
 )
 from nfopidn.export.reference import cpp_reference_text
+from nfopidn.robustness.verdict import Verdict
 
 
 def law_text(
@@ -21,6 +22,7 @@ def law_text(
     design: Design,
     name: str,
     *,
+    verdict: Verdict | None,
     reference: Scenario | None,
 ) -> str:
     """Write the header; with a table if `reference` is a scenario."""
@@ -59,7 +61,7 @@ def law_text(
     return template("law.hpp").substitute(
         reference="" if reference is None else cpp_reference_text(reference),
         name=name,
-        origin=origin_of(controller, scenario, "// "),
+        origin=origin_of(controller, scenario, verdict, "// "),
         count=design.taps.shape[1],
         limit=literal(design.limit),
         structure=structure,

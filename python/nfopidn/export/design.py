@@ -14,6 +14,7 @@ import numpy as np
 
 from nfopidn._core import LEAST_SPEED_SCALE, Controller, Scenario, __version__
 from nfopidn.arguments import check_sample_time, scenario_or_published
+from nfopidn.robustness.verdict import Verdict, digest
 
 PAPER = [[0.0, 1.0, 1.0], [1.0, 1.0, 0.0]]
 DECOUPLED = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0]]
@@ -112,7 +113,9 @@ def _sample_time(controller: Controller, scenario: Scenario | None) -> float:
     return scenario.trajectory.dt
 
 
-def origin_of(controller: Controller, scenario: Scenario | None, prefix: str) -> str:
+def origin_of(
+    controller: Controller, scenario: Scenario | None, verdict: Verdict | None, prefix: str
+) -> str:
     """Lines that tell where the code comes from."""
     settings = json.loads(controller.to_json())
     lines = [f"Library: nfopidn {__version__}", f"Controller: {controller!r}", "Settings:"]
@@ -132,7 +135,19 @@ def origin_of(controller: Controller, scenario: Scenario | None, prefix: str) ->
             f"Scenario: {text}",
             _sample_time_line(scenario.trajectory.dt),
         ]
+    lines.append(_verdict_line(controller, scenario, verdict))
     return folded(lines, prefix)
+
+
+def _verdict_line(
+    controller: Controller, scenario: Scenario | None, verdict: Verdict | None
+) -> str:
+    if verdict is None or verdict.controller_digest != digest(controller):
+        return "Verdict: not verified. nfopidn.verdict() judges a controller on a scenario."
+    own = f"on scenario {verdict.scenario_digest}, {verdict.line}"
+    if not verdict.is_of(controller, scenario):
+        return f"Verdict: not verified on this scenario; {own}"
+    return f"Verified: {own}"
 
 
 def _sample_time_line(dt: float) -> str:

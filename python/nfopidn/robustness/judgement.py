@@ -13,7 +13,7 @@ from nfopidn.families.runs import FamilyRuns, simulate_many
 from nfopidn.robustness.limits import Limits, LoopMargin, find_limits, find_margin
 from nfopidn.robustness.long_runs import AnyController, OnPath, long_run
 from nfopidn.robustness.reference_limits import beyond_the_robot, check_moves
-from nfopidn.robustness.verdict import Colour, Verdict, scenario_digest
+from nfopidn.robustness.verdict import Colour, Verdict, digest
 from nfopidn.stability.closed_loop import loop
 
 #: A gain margin under this is amber [dB].
@@ -144,6 +144,7 @@ def verdict(
         limits,
         tuple(at_bound),
         beyond,
-        scenario_digest(scenario),
+        digest(controller),
+        digest(scenario),
         scenario.trajectory.dt,
     )

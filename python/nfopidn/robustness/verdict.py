@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nfopidn._core import Scenario
+from nfopidn._core import Controller, Rival, Scenario
 from nfopidn.families.runs import FamilyRuns
 from nfopidn.robustness.limits import Limits, LoopMargin
 
@@ -18,9 +18,12 @@ Colour = Literal["green", "amber", "red"]
 COLOURS: tuple[Colour, ...] = ("green", "amber", "red")
 
 
-def scenario_digest(scenario: Scenario) -> str:
-    """Give 16 hexadecimal digits that tell scenarios apart: of the SHA-256 of their documents."""
-    return hashlib.sha256(scenario.to_json().encode()).hexdigest()[:16]
+def digest(thing: Scenario | Controller | Rival) -> str:
+    """Give 16 hexadecimal digits that tell scenarios or controllers apart.
+
+    They are the first of the SHA-256 of the document that to_json() gives.
+    """
+    return hashlib.sha256(thing.to_json().encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -51,10 +54,10 @@ class Verdict:
         parameters that the search left on a bound, in words
     beyond
         what the reference asks that the robot does not have, in words
-    digest
-        of the scenario: scenario_digest()
+    controller_digest, scenario_digest
+        of what is judged, and on what: digest()
     dt
-        its sample time [s]
+        the scenario's sample time [s]
     """
 
     colour: Colour
@@ -67,8 +70,17 @@ class Verdict:
     limits: Limits | None
     at_bound: tuple[str, ...]
     beyond: tuple[str, ...]
-    digest: str
+    controller_digest: str
+    scenario_digest: str
     dt: float = field(repr=False)
+
+    def is_of(self, controller: Controller | Rival, scenario: Scenario | None) -> bool:
+        """Whether it is on this controller, to the last bit, and on this scenario."""
+        return (
+            scenario is not None
+            and self.controller_digest == digest(controller)
+            and self.scenario_digest == digest(scenario)
+        )
 
     @property
     def diverged(self) -> tuple[str, ...]:
@@ -160,7 +172,8 @@ class Verdict:
             },
             "at_bound": list(self.at_bound),
             "beyond": list(self.beyond),
-            "digest": self.digest,
+            "controller_digest": self.controller_digest,
+            "scenario_digest": self.scenario_digest,
             "dt": self.dt,
         }
 
@@ -208,7 +221,8 @@ class Verdict:
                 ),
                 _texts(given["at_bound"]),
                 _texts(given["beyond"]),
-                str(given["digest"]),
+                str(given["controller_digest"]),
+                str(given["scenario_digest"]),
                 float(given["dt"]),
             )
         except (KeyError, TypeError, IndexError, ValueError) as error:

@@ -168,6 +168,8 @@ def test_another_robot_is_warned_about(field, scenario):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             simulate(scenario.replace(robot=robot), controller.replace(robot=None))
+            # The robot that it was made for is modelled: the true one is another on purpose.
+            simulate(scenario.replace(robot=robot, model=eddie), controller)
 
 
 @pytest.mark.parametrize("name", ["sample_time", "torque_limit", "peak_speed"])

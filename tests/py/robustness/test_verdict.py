@@ -9,7 +9,7 @@ import nominal
 import numpy as np
 import pytest
 from nfopidn import Controller, Rival, Robot, Scenario, Trajectory, Verdict, simulate
-from nfopidn.robustness import read_verdict, save_with_verdict, scenario_digest
+from nfopidn.robustness import digest, read_verdict, save_with_verdict
 from nfopidn.robustness.limits import LoopMargin
 from nfopidn.robustness.long_runs import OnPath, largest, long_run, path_size
 
@@ -55,7 +55,8 @@ def test_a_good_controller_is_green(good):
     assert good.margin.gain[1] == min(margins.drive.gain[1], margins.steering.gain[1])
     assert good.margin.phase == min(margins.drive.phase, margins.steering.phase)
     assert good.margin.delay == min(margins.drive.delay, margins.steering.delay) / 0.2
-    assert good.digest == scenario_digest(P)
+    assert good.scenario_digest == digest(P) != digest(CIRCLE)
+    assert good.controller_digest == digest(TRACKING) != digest(TRACKING.replace(pole_x=0.083))
     assert good.line.startswith("verdict: green: worst variation 'delay +1, inertia x0.5")
 
 
@@ -249,6 +250,9 @@ def test_the_command_tells_colours_by_its_exit_code(tmp_path, good):
     assert run.returncode == 3
     assert run.stdout.startswith("verdict: red: 2 of 15 variations diverge")
     assert read_verdict(out).colour == "red"
+    assert "no --scenario; judged on the published one" not in run.stderr
+    run = command("verdict", controller)
+    assert "no --scenario; judged on the published one" in run.stderr
     assert command("verdict", "missing.json").returncode == 2
 
 
@@ -264,18 +268,33 @@ def test_export_refuses_what_is_red(tmp_path, good):
     assert not (tmp_path / "nfopidn.c").exists()
     assert command(*words, "--force").returncode == 0
     assert (tmp_path / "nfopidn.c").exists()
-    save_with_verdict(Controller.published(), controller, good)
+    save_with_verdict(TRACKING, controller, good)
     run = command(*words)
     assert (run.returncode, "not verified" in run.stderr) == (0, False)
-    for other in (["export", controller, "-o", tmp_path], [*words, "--scenario", "x"]):
-        if "x" in other:
-            CIRCLE.save(tmp_path / "x")
-            other[-1] = tmp_path / "x"
+    assert "Verified: on scenario" in (tmp_path / "nfopidn.h").read_text()
+    CIRCLE.save(tmp_path / "circle.json")
+    for other in (words[:4], [*words[:4], "--scenario", tmp_path / "circle.json"]):
         run = command(*other)
         assert (run.returncode, "not verified" in run.stderr) == (0, True)
-    Controller.published().save(controller)
+        assert "not verified on this scenario" in (tmp_path / "nfopidn.h").read_text()
+    TRACKING.save(controller)
     run = command(*words)
     assert "has no verdict: not verified" in run.stderr
+    assert "Verdict: not verified." in (tmp_path / "nfopidn.h").read_text()
+
+
+def test_a_verdict_on_other_numbers_is_none(tmp_path, good):
+    """A file whose numbers were edited keeps a verdict that says nothing of them."""
+    controller, scenario = tmp_path / "controller.json", tmp_path / "scenario.json"
+    P.save(scenario)
+    edited = TRACKING.replace(pole_x=0.5)
+    save_with_verdict(edited, controller, good)
+    run = command("export", controller, "--cpp", "-o", tmp_path, "--scenario", scenario)
+    assert run.returncode == 0
+    assert "has a verdict on other numbers than its own: not verified" in run.stderr
+    assert "Verdict: not verified." in (tmp_path / "nfopidn_controller.hpp").read_text()
+    nfopidn.export_cpp(edited, tmp_path, scenario=P, verdict=good)
+    assert "Verdict: not verified." in (tmp_path / "nfopidn_controller.hpp").read_text()
 
 
 def test_results_of_tuning_have_a_verdict():

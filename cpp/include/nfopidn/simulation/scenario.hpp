@@ -47,6 +47,9 @@ struct Scenario {
     return scenario;
   }
 
+  // The robot that the feedforward and the controller's gains are made for.
+  const Robot<double>& modelled_robot() const { return model.has_value() ? *model : robot; }
+
   // All but trajectory and robot, which have fields of their own.
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
@@ -99,8 +102,8 @@ namespace detail {
 
 inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen::Index k) {
   const Trajectory& t = scenario.trajectory;
-  const TorquePair<double> torque = inverse_dynamics(scenario.model.value_or(scenario.robot),
-                                                     t.acceleration(k), t.turn_acceleration(k));
+  const TorquePair<double> torque =
+      inverse_dynamics(scenario.modelled_robot(), t.acceleration(k), t.turn_acceleration(k));
   return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
 }

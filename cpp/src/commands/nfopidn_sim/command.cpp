@@ -24,7 +24,7 @@ void tell_notes(const Arguments& arguments, const Scenario& scenario,
                 const ControllerDesign& design) {
   if (arguments.quiet) return;
   for (const std::string& note : scenario.trajectory.notes) say(arguments, note);
-  const std::string other = arguments.tune ? "" : explain_robot(design, scenario.robot);
+  const std::string other = arguments.tune ? "" : explain_robot(design, scenario.modelled_robot());
   if (!other.empty()) say(arguments, other);
 }
 
