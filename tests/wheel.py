@@ -18,9 +18,11 @@ def main() -> None:
     result = nfopidn.simulate()
     assert math.isclose(result.cost, PUBLISHED_COST, rel_tol=1e-9), result.cost
 
-    tuned = nfopidn.tune(structure="extended", rng=2)
+    tuned = nfopidn.tune(structure="extended", robustness=None, rng=2)
     assert tuned.fun < 0.0165, tuned.fun
-    assert nfopidn.tune(structure="extended", rng=2, workers=2).fun == tuned.fun
+    robust = nfopidn.tune(rng=2, maxfev=2000)
+    assert robust.verdict.colour != "red", robust.verdict.line
+    assert nfopidn.tune(rng=2, maxfev=2000, workers=2).fun == robust.fun
 
     with tempfile.TemporaryDirectory() as folder:
         tuned.controller.save(Path(folder) / "controller.json")

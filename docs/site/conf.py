@@ -54,7 +54,8 @@ highlight_options = {"default": {"stripall": False}}
 autosummary_generate = False  # python_reference.py writes the pages
 autodoc_typehints = "none"  # the docstrings tell what is taken, with shapes and units
 autodoc_member_order = "groupwise"
-autodoc_default_options = {"members": True}
+# Of what a class inherits, all but what comes from Python's own classes.
+autodoc_default_options = {"members": True, "inherited-members": "Sequence, dict, object, ABC"}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_attr_annotations = False

@@ -46,7 +46,7 @@ class Design(NamedTuple):
     limit: np.float32
     speed_scale: np.float32
     law: dict[str, np.float32]  # Controller.law_parameters
-    sample_time: np.float32  # [s], that the tracking law reckons with; 0: it does not
+    sample_time: np.float32  # [s], of the tracking law's speed errors; 0: it has none
 
 
 def literal(number: float | np.float32) -> str:
@@ -107,7 +107,7 @@ def _sample_time(controller: Controller, scenario: Scenario | None) -> float:
         return controller.sample_time
     if scenario is None:
         raise ValueError(
-            'sample_time is unknown, and with net "speed-errors" the law reckons with it; give the '
+            'sample_time is unknown, and with net "speed-errors" the law needs it; give the '
             "scenario, or set sample_time"
         )
     return scenario.trajectory.dt
@@ -147,7 +147,7 @@ def _verdict_line(
     own = f"on scenario {verdict.scenario_digest}, {verdict.line}"
     if not verdict.is_of(controller, scenario):
         return f"Verdict: not verified on this scenario; {own}"
-    return f"Verified: {own}"
+    return f"On scenario {verdict.scenario_digest}, {verdict.line}"
 
 
 def _sample_time_line(dt: float) -> str:

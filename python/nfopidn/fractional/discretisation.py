@@ -13,7 +13,7 @@ from nfopidn import _core
 from nfopidn.arguments import suggestion
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
-from nfopidn.fractional.errors import operator_errors, warn_if_far
+from nfopidn.fractional.errors import PowerOfS, operator_errors, warn_if_far
 from nfopidn.fractional.realisation import delays, product_fault, scipy_system, series
 
 METHODS: Final = ("tustin", "gl", "al-alaoui", "tustin-cf", "al-alaoui-cf", "oustaloup")
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Discretisation:
+class Discretisation(PowerOfS):
     """A filter that stands for s^order.
 
     Attributes
@@ -104,35 +104,6 @@ class Discretisation:
                 result *= (z - zero) / np.where(off == 0, 1, off)
             result = np.where(np.isin(z, self.poles), np.inf, result)
         return np.asarray(result, dtype=complex)
-
-    def errors(self, band: Sequence[float] | None = None) -> tuple[float, float]:
-        """Return the worst errors against (j omega)^order.
-
-        Parameters
-        ----------
-        band
-            (low, high) [rad/s], up to pi/dt; None: the decade that ends at a tenth of it
-
-        Returns
-        -------
-        magnitude, phase
-            largest |magnitude ratio - 1| [-] and largest phase difference [degree]
-
-        Raises
-        ------
-        ValueError
-            For a band that does not rise or ends above Nyquist's frequency.
-
-        Warns
-        -----
-        UserWarning
-            If over a band that is given the filter is not s^order: off by a fifth or by 10 degrees.
-        """
-        edges = checks.band(band, self.dt)
-        found = operator_errors(self.response, self.order, edges)
-        if band is not None:
-            warn_if_far(self._described(), self.order, edges, found, 2)
-        return found
 
     def _described(self) -> str:
         if self.taps is not None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from typing import Any, Final
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
@@ -61,3 +62,54 @@ def warn_if_far(
             f"{what} is not s^{order:g} from {low:.3g} to {high:.3g} rad/s: {worded(errors)}",
             stacklevel=level + 1,
         )
+
+
+class PowerOfS(ABC):
+    """What stands for (j omega)^order and has a frequency response to compare with it."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def order(self) -> float:
+            """The power."""
+
+        @property
+        def dt(self) -> float:
+            """Sample time [s]."""
+
+    @abstractmethod
+    def response(self, frequency: ArrayLike) -> Complex:
+        """Return the frequency response."""
+
+    @abstractmethod
+    def _described(self) -> str:
+        """Say in words what it is."""
+
+    def errors(self, band: Sequence[float] | None = None) -> tuple[float, float]:
+        """Return the worst errors against (j omega)^order.
+
+        Parameters
+        ----------
+        band
+            (low, high) [rad/s], up to pi/dt; None: the decade that ends at a tenth of it
+
+        Returns
+        -------
+        magnitude, phase
+            largest |magnitude ratio - 1| [-] and largest phase difference [degree]
+
+        Raises
+        ------
+        ValueError
+            For a band that does not rise or ends above Nyquist's frequency.
+
+        Warns
+        -----
+        UserWarning
+            If over a band that is given the filter is not s^order: off by a fifth or by 10 degrees.
+        """
+        edges = checks.band(band, self.dt)
+        found = operator_errors(self.response, self.order, edges)
+        if band is not None:
+            warn_if_far(self._described(), self.order, edges, found, 2)
+        return found

@@ -13,14 +13,14 @@ from nfopidn import _core
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.fractional import orders as checks
 from nfopidn.fractional.discretisation import rule_power, truncated_power
-from nfopidn.fractional.errors import operator_errors, warn_if_far, worded
+from nfopidn.fractional.errors import PowerOfS, operator_errors, warn_if_far, worded
 
 # Below these the filter's own steps are sooner done than SciPy's convolution by FFT.
 _SHORT_SIGNAL: Final = 20_000
 _SHORT_MEMORY: Final = 64
 
 
-class FractionalFilter:
+class FractionalFilter(PowerOfS):
     """s^order of a sampled signal: ((1 - w)/(1 + pole w))^order times the rule's scale, w = 1/z.
 
     Up to 192 samples of memory every tap is exact. Beyond, 33 taps are, and the rest of the
@@ -172,35 +172,6 @@ class FractionalFilter:
         finite = np.isfinite(result)
         gain = self._filter.gain
         return np.asarray(np.where(finite, np.where(finite, result, 0) * gain, np.inf))
-
-    def errors(self, band: Sequence[float] | None = None) -> tuple[float, float]:
-        """Return the worst errors against (j omega)^order.
-
-        Parameters
-        ----------
-        band
-            (low, high) [rad/s], up to pi/dt; None: the decade that ends at a tenth of it
-
-        Returns
-        -------
-        magnitude, phase
-            largest |magnitude ratio - 1| [-] and largest phase difference [degree]
-
-        Raises
-        ------
-        ValueError
-            For a band that does not rise or ends above Nyquist's frequency.
-
-        Warns
-        -----
-        UserWarning
-            If over a band that is given the filter is not s^order: off by a fifth or by 10 degrees.
-        """
-        edges = checks.band(band, self._dt)
-        found = operator_errors(self.response, self._order, edges)
-        if band is not None:
-            warn_if_far(self._described(), self._order, edges, found, 2)
-        return found
 
     def _described(self) -> str:
         return f"{self._method} with a memory of {self._memory:g}"

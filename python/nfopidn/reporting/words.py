@@ -94,7 +94,7 @@ RIVAL: Mapping[str, Words] = {
     "law": Words("Law", "", ""),
     "speeds": Words("Speeds", "", "that the law is given"),
     **{
-        key.removeprefix("robot."): Words(words.label, words.unit, "that the law reckons with")
+        key.removeprefix("robot."): Words(words.label, words.unit, "of the law's own model")
         for key, words in SCENARIO["Robot"].items()
         if key.startswith("robot.")
     },

@@ -98,7 +98,7 @@ class Verdict:
         if self.margin is not None and self.limits is not None:
             text += (
                 f", gain margin {self.margin.decibels:.3g} dB, "
-                f"extra delay borne {self.limits.extra_delay} samples"
+                f"extra delay borne {_samples(self.limits.extra_delay)}"
             )
         return text
 
@@ -131,7 +131,7 @@ class Verdict:
     def _limit_rows(self, limits: Limits) -> list[tuple[str, str]]:
         milliseconds = 1e3 * limits.extra_delay * self.dt
         return [
-            ("extra delay", f"up to {limits.extra_delay} samples, {milliseconds:.4g} ms"),
+            ("extra delay", f"up to {_samples(limits.extra_delay)}, {milliseconds:.4g} ms"),
             ("mass", f"from x{limits.mass[0]:.3g} to x{limits.mass[1]:.3g}"),
             ("friction", f"up to {100 * limits.friction:.3g} % of the torque limit a wheel"),
             ("start", f"up to {limits.start:.3g} m beside the path"),
@@ -227,6 +227,10 @@ class Verdict:
             )
         except (KeyError, TypeError, IndexError, ValueError) as error:
             raise ValueError(f"verdict: not as Verdict.to_dict() gives it: {error}") from None
+
+
+def _samples(count: int) -> str:
+    return "1 sample" if count == 1 else f"{count} samples"
 
 
 def _number(value: float) -> float | None:

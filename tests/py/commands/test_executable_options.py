@@ -136,8 +136,9 @@ def test_an_option_has_the_name_of_its_key_in_json(options, sim, tmp_path):
     keys = {*scenario, *scenario["robot"], *scenario["trajectory"], *controller}
     keys -= {"format", "version", "robot", "name"}  # of a path, which is --trajectory
     named = {"--" + key.replace("_", "-") for key in keys}
-    # --standstill-speed has a key where it is not at its default.
-    assert named == set(SETTINGS) - {"--no-feedforward", "--standstill-speed"}
+    # These two have a key where they are not at their defaults.
+    named |= {"--standstill-speed", "--model"}
+    assert named == set(SETTINGS) - {"--no-feedforward"}
 
 
 @pytest.mark.parametrize("option", ALIASES)

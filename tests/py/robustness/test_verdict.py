@@ -271,7 +271,10 @@ def test_export_refuses_what_is_red(tmp_path, good):
     save_with_verdict(TRACKING, controller, good)
     run = command(*words)
     assert (run.returncode, "not verified" in run.stderr) == (0, False)
-    assert "Verified: on scenario" in (tmp_path / "nfopidn.h").read_text()
+    assert (
+        f"On scenario {good.scenario_digest}, verdict: green"
+        in (tmp_path / "nfopidn.h").read_text()
+    )
     CIRCLE.save(tmp_path / "circle.json")
     for other in (words[:4], [*words[:4], "--scenario", tmp_path / "circle.json"]):
         run = command(*other)

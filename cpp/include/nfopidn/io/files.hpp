@@ -1,4 +1,4 @@
-// L4. Files: read whole, written whole or not at all.
+// L4. Files: read as a whole, written atomically.
 #pragma once
 
 #include <fcntl.h>
@@ -169,7 +169,7 @@ inline Outcome check_writable(const std::string& path) {
   return {};
 }
 
-// Writes a file whole or not at all: it takes its name when all of it is there, and what had the
+// Writes a file atomically: it takes its name when all of it is there, and what had the
 // name before then goes. A name that stands for no regular file, or for an open one (a pipe,
 // /dev/stdout), is written directly. With `previous`, what had the name before is kept as that.
 inline Outcome write_file(const std::string& path, const std::string& content,

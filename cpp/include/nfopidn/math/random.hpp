@@ -34,7 +34,7 @@ class Random {
   }
 
   // Bell-shaped, with mean 0 and standard deviation 1, within 3.5: the sum of four small uniform
-  // numbers from one draw, where a normal distribution would do and be too dear.
+  // numbers from one draw, where a normal distribution would do and cost too much.
   double bell() {
     constexpr double mean = 131070;                // 4 (2^16 - 1) / 2
     constexpr double deviation = 37837.227245851;  // the root of 4 (2^32 - 1) / 12

@@ -12,9 +12,9 @@
 
 namespace nfopidn {
 
-// While one exists, the runs that its thread starts, there or on a ThreadPool's helpers, ask it
-// between two pieces whether to stop. Once it has said so, their results mean nothing: whoever made
-// it looks at happened() and throws them away. One within another asks the outer one too.
+// While an Interruption exists, the runs that its thread starts, there or in a ThreadPool, ask it
+// between two pieces whether to stop. After it has stopped one, results are invalid: its owner
+// checks happened() and discards them. An Interruption within another one asks the outer one too.
 class Interruption {
  public:
   using Clock = std::chrono::steady_clock;

@@ -229,7 +229,7 @@ class BfoaPlus {
   }
 
   // Whether other valleys are looked for: not where a start is known to be good, nor without
-  // gradients, where a descent is too dear.
+  // gradients, where a descent costs too much.
   bool looks_afar() const {
     return search_.objective().has_gradient() && search_.start.size() == 0;
   }

@@ -43,8 +43,8 @@ class DifferentialTumbles {
       // Half way to the wall it would have passed.
       place[i] = target < 0 ? own[i] / 2 : (target > 1 ? (1 + own[i]) / 2 : target);
     };
-    // Each coordinate with probability `share`, to 2^-16 of it, and one in any case. Looked up, as
-    // nobody could predict the branches.
+    // Each coordinate moves with probability `share`, rounded to 2^-16, and one moves in any case.
+    // A table replaces the branch, which the processor could not predict.
     const double by[] = {0, size.reach};
     const auto bar = static_cast<std::uint64_t>(size.share * 65536);
     std::uint64_t draw = 0;

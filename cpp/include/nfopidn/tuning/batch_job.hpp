@@ -42,9 +42,10 @@ struct BatchJob {
   int law_size;
   bool in_motion;  // the robot starts with the reference's speed
   int candidates;
-  double* costs;         // [candidates]
-  const double* bounds;  // [candidates], or null: whoever costs more is given some cost over it
-  Poll poll;             // what it stops has no costs
+  double* costs;  // [candidates]
+  const double*
+      bounds;  // [candidates], or null: a candidate over its bound gets some cost above it
+  Poll poll;   // what it stops has no costs
 };
 
 // One candidate and the slopes of its law's numbers in several directions.
