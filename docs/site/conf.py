@@ -54,8 +54,7 @@ highlight_options = {"default": {"stripall": False}}
 autosummary_generate = False  # python_reference.py writes the pages
 autodoc_typehints = "none"  # the docstrings tell what is taken, with shapes and units
 autodoc_member_order = "groupwise"
-# Of what a class inherits, all but what comes from Python's own classes.
-autodoc_default_options = {"members": True, "inherited-members": "Sequence, dict, object, ABC"}
+autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_attr_annotations = False

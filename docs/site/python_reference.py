@@ -52,7 +52,10 @@ def name_page(module: ModuleType, name: str) -> str:
     """Return the page of one name."""
     lines = heading(f"{module.__name__}.{name}", "=")
     lines += [f".. currentmodule:: {module.__name__}", ""]
-    lines += [f".. auto{kind(getattr(module, name))}:: {name}"]
+    word = kind(getattr(module, name))
+    lines += [f".. auto{word}:: {name}"]
+    if word == "class":  # what it inherits, but not from Python's own classes
+        lines += ["   :inherited-members: Sequence, dict, ABC, object"]
     return "\n".join(lines) + "\n"
 
 
