@@ -193,7 +193,7 @@ def add_compare(commands: Any) -> None:
         help="names as below, or scenario files (published continuous continuous-fast)",
     )
     add("--tune-on", metavar="NAME", help="where all are tuned (published)")
-    add("--tune-each", action="store_true", help="tune anew for each scenario instead")
+    add("--tune-each", action="store_true", help="tune again for each scenario instead")
     add("--seeds", type=int, default=10, help="searches of each controller (%(default)s)")
     add("--maxfev", type=int, default=10_000, help="evaluations of a search (%(default)s)")
     add("--workers", type=int, default=1, help="threads (%(default)s)")

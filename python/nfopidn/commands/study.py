@@ -29,7 +29,7 @@ def add_study(commands: Any) -> None:
     """Add the command to the others."""
     parser = commands.add_parser(
         "study",
-        help="draw the paper's figures and tables anew, and more",
+        help="draw the paper's figures and tables again, and more",
         description="Writes the paper's tables and figures, the cost against the memory, other "
         "initial poses, other readings of the paper and the open-loop optima: figures as PNG and "
         "SVG, numbers as CSV and JSON. Needs nfopidn[optimum].",

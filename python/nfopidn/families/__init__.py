@@ -10,10 +10,9 @@
 """
 
 from nfopidn.families.benchmarks import benchmark
-from nfopidn.families.family import Family as Family
+from nfopidn.families.family import Family as Family  # its page is that of nfopidn.Family
 from nfopidn.families.paths import over_paths
 from nfopidn.families.runs import FamilyRuns, simulate_many
-from nfopidn.families.variations import STANDARD as STANDARD
 from nfopidn.families.variations import random_variations, variations
 
 __all__ = [

@@ -200,6 +200,20 @@ class Page:
         """Write the cost that the search found."""
         return readable(self.result.fun, 5)
 
+    @property
+    def scenarios(self) -> int:
+        """Count the scenarios whose costs make that cost."""
+        return len(self.result.family) if "family" in self.result else len(self.sections)
+
+    @property
+    def verdict(self) -> tuple[str, str]:
+        """Give the verdict's colour, and it in words."""
+        try:
+            found = self.result.verdict
+        except ValueError as error:  # the reference never moves
+            return "", f"no verdict: {error}"
+        return found.colour, found.line
+
     def data(self) -> dict[str, Any]:
         """Return what the page's script draws."""
         return {

@@ -9,7 +9,7 @@ from nfopidn._core import Controller, Rival
 from nfopidn.export.design import DECOUPLED, PAPER
 from nfopidn.reporting.numbers import readable
 from nfopidn.reporting.settings import Row, setting_row
-from nfopidn.reporting.words import CONTROLLER, RIVAL, Words
+from nfopidn.reporting.words import CONTROLLER, MADE_FOR, RIVAL, Words
 
 _ALLOCATIONS = {"paper": PAPER, "decoupled": DECOUPLED}
 _LONGEST_TAPS = 64  # rows of the table
@@ -78,7 +78,8 @@ _TRACKING = ("net", "speed_gain", "speed_order", "amplitude", "pole", "integral"
 def _controller_rows(controller: Controller) -> list[Row]:
     """Return the settings of a controller other than gains, orders and taps."""
     document = json.loads(controller.to_json())
-    left_out = {"format", "version", "gains", "alpha", "sigma", "taps", "allocation"}
+    robot = document.get("robot") or {}
+    left_out = {"robot", "format", "version", "gains", "alpha", "sigma", "taps", "allocation"}
     if controller.lateral != "speed":
         left_out.add("speed_scale")
     if controller.lateral != "scheduled":
@@ -90,6 +91,7 @@ def _controller_rows(controller: Controller) -> list[Row]:
         for key, value in document.items()
         if key not in left_out
     ]
+    rows += [setting_row(key, value, MADE_FOR[key]) for key, value in robot.items()]
     return [*rows, _allocation(controller)]
 
 

@@ -90,15 +90,24 @@ CONTROLLER: Mapping[str, Words] = {
     "sample_time": Words("Sample time", "s", "that the gains are made for"),
 }
 
+
+def _robot(meaning: str) -> dict[str, Words]:
+    """Give the words of a robot's settings, which mean a robot of one's own."""
+    return {
+        key.removeprefix("robot."): Words(words.label, words.unit, meaning)
+        for key, words in SCENARIO["Robot"].items()
+        if key.startswith("robot.")
+    }
+
+
 RIVAL: Mapping[str, Words] = {
     "law": Words("Law", "", ""),
     "speeds": Words("Speeds", "", "that the law is given"),
-    **{
-        key.removeprefix("robot."): Words(words.label, words.unit, "of the law's own model")
-        for key, words in SCENARIO["Robot"].items()
-        if key.startswith("robot.")
-    },
+    **_robot("of the law's own model"),
 }
+
+#: Of the robot that a controller is made for.
+MADE_FOR: Mapping[str, Words] = _robot("of the robot that the gains are made for")
 
 #: Label and meaning; the units are the core's.
 METRICS: Mapping[str, tuple[str, str]] = {

@@ -673,3 +673,22 @@ def test_the_button_plays(opened):
     assert playing["button"] == "Pause"
     assert before["slider"] < playing["slider"]
     assert playing["mark"] > before["mark"]
+
+
+def test_the_verdict_stands_at_the_top_in_its_colour(tmp_path):
+    unstable = tune(rng=1, maxfev=600)
+    nfopidn.report(unstable, tmp_path / "red.html")
+    text = (tmp_path / "red.html").read_text()
+    assert unstable.verdict.colour == "red"
+    assert '<p class="verdict red">V' + html.escape(unstable.verdict.line[1:]) + ".</p>" in text
+    assert "Cost E, " not in text
+
+
+def test_a_robust_result_tells_its_family_and_its_robot(tmp_path):
+    found = nfopidn.tune(rng=1, maxfev=400)
+    nfopidn.report(found, tmp_path / "robust.html")
+    text = (tmp_path / "robust.html").read_text()
+    assert f'<p class="verdict {found.verdict.colour}">' in text
+    assert f"Cost E, {len(found.family)} scenarios" in text
+    assert text.count("of the robot that the gains are made for") == 4
+    assert "None" not in Parsed(text).text

@@ -89,6 +89,20 @@ def test_limits_are_where_runs_leave_the_path(good):
     assert limits.start > 0.3
 
 
+def test_other_robots_are_tried_without_a_warning(monkeypatch):
+    """Warnings are errors here. Without the linear analysis the margin is found on lighter robots."""
+
+    def unknown(*_):
+        raise ValueError
+
+    monkeypatch.setattr(nfopidn.robustness.limits, "margins", unknown)
+    found = nfopidn.verdict(Controller.recommended(), P)
+    assert found.margin.source == "simulated"
+    assert found.controller_digest == digest(Controller.recommended())
+    with pytest.warns(UserWarning, match="made for another robot: its mass"):
+        nfopidn.verdict(Controller.recommended(), P.replace(robot=Robot(mass=23.0)))
+
+
 def test_an_unstable_loop_is_red():
     incremental = Controller.published(form="incremental")
     found = nfopidn.verdict(incremental, P)
