@@ -90,7 +90,7 @@ def test_limits_are_where_runs_leave_the_path(good):
 
 
 def test_other_robots_are_tried_without_a_warning(monkeypatch):
-    """Warnings are errors here. Without the linear analysis the margin is found on lighter robots."""
+    """Warnings are errors here. Without linear analysis the margin is found on lighter robots."""
 
     def unknown(*_):
         raise ValueError
