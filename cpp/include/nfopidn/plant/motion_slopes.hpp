@@ -39,7 +39,8 @@ constexpr void travel_with_slopes(const ExponentialMotion<Scalar, Base>& motion,
   const Base span = time.value;
   const int panels = panels_for(motion, span);
   const Base half = span * (Base(0.5) / Base(panels));
-  Partials<Base> way, speed, gain, turning, bend;  // sums, and theirs by the motion's four numbers
+  Partials<Base> way, speed, gain, turning,
+      turn_gain;  // sums, and theirs by the motion's four numbers
   for (int panel = 0; panel < panels; ++panel) {
     for (int node = 0; node < Rule::count; ++node) {
       const Base t = half * (Base(2 * panel + 1) + Rule::abscissa(node));
@@ -53,7 +54,7 @@ constexpr void travel_with_slopes(const ExponentialMotion<Scalar, Base>& motion,
       speed.add(weight, heading.cosine, heading.sine);
       gain.add(weight * linear.phi, heading.cosine, heading.sine);
       turning.add(distance * t, -heading.sine, heading.cosine);
-      bend.add(distance * angular.psi, -heading.sine, heading.cosine);
+      turn_gain.add(distance * angular.psi, -heading.sine, heading.cosine);
     }
   }
   const Decay<Base> linear = decay<Base, Base, Scalar>(values.rate, span);
@@ -62,16 +63,18 @@ constexpr void travel_with_slopes(const ExponentialMotion<Scalar, Base>& motion,
   const Heading<Base> last = M::heading(state.theta.value + turned);
   const Base last_speed = values.v + values.acceleration * linear.phi;
   const Base last_turning = values.omega + values.turn_acceleration * angular.phi;
-  const auto slope = [&](Base by_theta, Base by_speed, Base by_gain, Base by_turning, Base by_bend,
-                         Base by_time) {
+  const auto slope = [&](Base by_theta, Base by_speed, Base by_gain, Base by_turning,
+                         Base by_turn_gain, Base by_time) {
     return state.theta.slope * by_theta + motion.v.slope * by_speed +
            motion.acceleration.slope * by_gain + motion.omega.slope * by_turning +
-           motion.turn_acceleration.slope * by_bend + time.slope * by_time;
+           motion.turn_acceleration.slope * by_turn_gain + time.slope * by_time;
   };
-  state.x.slope = state.x.slope + slope(-half * way.y, half * speed.x, half * gain.x,
-                                        half * turning.x, half * bend.x, last_speed * last.cosine);
-  state.y.slope = state.y.slope + slope(half * way.x, half * speed.y, half * gain.y,
-                                        half * turning.y, half * bend.y, last_speed * last.sine);
+  state.x.slope =
+      state.x.slope + slope(-half * way.y, half * speed.x, half * gain.x, half * turning.x,
+                            half * turn_gain.x, last_speed * last.cosine);
+  state.y.slope =
+      state.y.slope + slope(half * way.x, half * speed.y, half * gain.y, half * turning.y,
+                            half * turn_gain.y, last_speed * last.sine);
   state.theta.slope = state.theta.slope + motion.omega.slope * span +
                       motion.turn_acceleration.slope * angular.psi + time.slope * last_turning;
   state.v.slope = motion.v.slope + motion.acceleration.slope * linear.phi +

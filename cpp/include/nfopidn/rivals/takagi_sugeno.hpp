@@ -2,7 +2,7 @@
 // IEEE Trans. SMC 15(1), 1985; on the tracking errors of a unicycle E.-H. Guechi, J. Lauber,
 // M. Dambrine, G. Klancar, S. Blazic, "PDC control design for non-holonomic wheeled mobile robots
 // with delayed outputs", J. Intelligent and Robotic Systems 60, 2010. Four rules: the reference is
-// slow or fast, the robot is aligned or misalignment. Each has a linear law of its own,
+// slow or fast, the robot is aligned or not. Each has a linear law of its own,
 //   v_c = v_r cos e_theta + k_x e_x,   omega_c = omega_r + k_y v_r e_y + k_theta e_theta
 // and the membership functions, which sum to one, blend their gains.
 #pragma once
