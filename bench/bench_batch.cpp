@@ -79,7 +79,7 @@ BENCHMARK_CAPTURE(lanes, sse2_exact_friction, InstructionSet::sse2, exact_scenar
 
 void gradient(benchmark::State& state, const Scenario& scenario) {
   const Structure structure = named_structure(StructureName::paper);
-  TuneObjective objective({&scenario}, structure, FreeParameters::all(11), 11, 1, 1);
+  TuneObjective objective({&scenario}, ParameterSpace::whole(structure), 1, 1);
   const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
   const Point point = Eigen::Map<const Point>(x.data(), 11);
   double slopes[11];
@@ -168,7 +168,7 @@ void paper_schedule(benchmark::State& state) {
     low(i) = bounds[static_cast<std::size_t>(i)].low;
     high(i) = bounds[static_cast<std::size_t>(i)].high;
   }
-  TuneObjective objective({&scenario}, structure, FreeParameters::all(11), 11, 1, 1);
+  TuneObjective objective({&scenario}, ParameterSpace::whole(structure), 1, 1);
   double evaluations = 0;
   std::uint64_t seed = 0;
   for (auto _ : state) {

@@ -12,12 +12,10 @@ int main() {
   if (make_trajectory(circle, scenario.trajectory) != Status::ok) return 1;
   scenario.initial_pose.reset();
 
-  TuningTask task;
-  task.scenarios = {&scenario};
-  task.structure = named_structure(StructureName::decoupled);
-  task.evaluations = 5000;
-  task.seed = 1;
-  const TuningResult found = run_tuning(task);
+  TuningPlan plan = plan_tuning({&scenario}, named_structure(StructureName::decoupled));
+  plan.search.limits.evaluations = 5000;
+  plan.search.seed = 1;
+  const TuningResult found = run_tuning(plan);
   const ControllerDesign design =
       design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
   std::printf("cost %.3g after %lld evaluations; simulated again: %.3g\n", found.cost,

@@ -8,10 +8,9 @@
 int main(int argc, char** argv) {
   using namespace nfopidn;
   const Scenario scenario = Scenario::published();
-  TuningTask task;
-  task.scenarios = {&scenario};
-  task.evaluations = argc > 1 ? std::atol(argv[1]) : 300;
-  const SearchResult result = run_tuning(task);
+  TuningPlan plan = plan_tuning({&scenario}, Structure{});
+  plan.search.limits.evaluations = argc > 1 ? std::atol(argv[1]) : 300;
+  const SearchResult result = run_tuning(plan);
   std::printf("%s %a", ChoiceNames<InstructionSet>::names[static_cast<int>(best_instruction_set())],
               result.cost);
   for (const double x : result.x) std::printf(" %a", x);

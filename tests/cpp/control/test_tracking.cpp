@@ -115,7 +115,7 @@ TEST(TrackingLaw, IsTheSameInLanesAndInDualNumbers) {
       std::vector<double> x = parameters_of(structure.parameters, design);
       ASSERT_EQ(x.size(), 19U);
       const int count = static_cast<int>(x.size());
-      TuneObjective objective({&scenario}, structure, FreeParameters::all(x.size()), count, 1, 1);
+      TuneObjective objective({&scenario}, ParameterSpace::whole(structure), 1, 1);
       const Point point = Eigen::Map<const Point>(x.data(), count);
       const double cost = simulate(scenario, design).metrics.cost;
       Points around = point.replicate(1, 2 * count + 1);

@@ -39,7 +39,7 @@ struct Costs {
 Costs costs_of(const Scenario& scenario, int threads) {
   const Structure structure = named_structure(StructureName::paper);
   const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
-  TuneObjective objective({&scenario}, structure, FreeParameters::all(11), 11, 1, threads);
+  TuneObjective objective({&scenario}, ParameterSpace::whole(structure), 1, threads);
   Points points(11, 40);
   for (Eigen::Index j = 0; j < points.cols(); ++j) {
     points.col(j) = Eigen::Map<const Point>(x.data(), 11) * (1 + 0.02 * static_cast<double>(j));
@@ -120,7 +120,7 @@ TEST(Interruption, EndsCostsAndGradients) {
   for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::exact}) {
     const Scenario scenario = endless(10000, integrator);
     for (const int threads : {1, 2, 3}) {
-      TuneObjective objective({&scenario, &scenario}, structure, FreeParameters::all(11), 11, 1,
+      TuneObjective objective({&scenario, &scenario}, ParameterSpace::whole(structure), 1,
                               threads);
       rivals::RivalObjective rival({&scenario}, {}, FreeParameters::all(gains.size()), 1, threads);
       {
@@ -244,11 +244,8 @@ TEST(Interruption, EndsASearchWithinAQuestion) {
 TEST(Interruption, EndsATuningBeforeItsFirstCost) {
   const Scenario scenario = endless();
   for (const StructureName name : {StructureName::paper, StructureName::taps}) {
-    TuningTask task;
-    task.scenarios = {&scenario};
-    task.structure = named_structure(name);
-    task.interrupted = at_once;
-    const TuningResult found = run_tuning(task);
+    const TuningPlan plan = plan_tuning({&scenario}, named_structure(name));
+    const TuningResult found = run_tuning(plan, {}, at_once);
     EXPECT_EQ(found.reason, StopReason::callback);
     EXPECT_EQ(found.evaluations, 0);
     EXPECT_EQ(found.x.size(), 0);

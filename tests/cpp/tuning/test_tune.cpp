@@ -20,8 +20,7 @@ TEST(TuneObjective, IsTheMeanOfTheWorstScenarios) {
   ASSERT_LT(each[0], each[1]);
   ASSERT_LT(each[1], each[2]);
   const auto cost = [&](double share) {
-    TuneObjective objective(all, structure, FreeParameters::all(x.size()),
-                            static_cast<int>(x.size()), share, 1);
+    TuneObjective objective(all, ParameterSpace::whole(structure), share, 1);
     double result = 0;
     objective.costs(Eigen::Map<const Point>(x.data(), size), &result);
     return result;
@@ -76,8 +75,7 @@ TEST(TuneObjective, CapsTheCostOfEachScenario) {
   const std::vector<double> caps = {each[0] / 3, each[1] * 2, each[2] / 5};
   const double expected =
       (caps[0] * (1 + std::log(3.0)) + each[1] + caps[2] * (1 + std::log(5.0))) / 3;
-  TuneObjective objective(all, structure, FreeParameters::all(x.size()), static_cast<int>(size),
-                          {1.0, caps}, 1);
+  TuneObjective objective(all, ParameterSpace::whole(structure), {1.0, caps}, 1);
   double cost = 0;
   objective.costs(point, &cost);
   EXPECT_NEAR(cost, expected, 1e-10);
@@ -135,8 +133,7 @@ TEST(TuneObjective, LeadsASearchToOnePlace) {
   }
   for (const auto& scenarios : lists) {
     const auto find = [&](int threads, bool bounded) {
-      TuneObjective objective(scenarios, structure, FreeParameters::all(bounds.size()),
-                              static_cast<int>(size), 0.7, threads);
+      TuneObjective objective(scenarios, ParameterSpace::whole(structure), 0.7, threads);
       Unbounded unbounded(objective);
       Objective& used = bounded ? static_cast<Objective&>(objective) : unbounded;
       SearchSession search(used, {low, high, tuning_powers(low)}, {6000}, 5);
@@ -161,19 +158,20 @@ TEST(TuneObjective, LeadsASearchToOnePlace) {
 // On the published scenario the lateral error as it is serves free taps better than by speed.
 TEST(RunTuning, ChoosesWhatTheLateralChannelIsFed) {
   const Scenario scenario = Scenario::published();
-  TuningTask task;
-  task.scenarios = {&scenario};
-  task.structure = named_structure(StructureName::taps);
-  task.evaluations = 10000;
-  task.seed = 2;
-  const TuningResult found = run_tuning(task);
+  Structure structure = named_structure(StructureName::taps);
+  const auto tuned = [&] {
+    TuningPlan plan = plan_tuning({&scenario}, structure);
+    plan.search.seed = 2;
+    return run_tuning(plan);
+  };
+  const TuningResult found = tuned();
   EXPECT_EQ(found.evaluations, 10000);
   EXPECT_EQ(found.structure.settings.lateral, Lateral::direction);
   const ControllerDesign design =
       design_of(found.structure, std::vector<double>(found.x.begin(), found.x.end()));
   EXPECT_NEAR(simulate(scenario, design).metrics.cost, found.cost, 1e-9 * found.cost);
-  task.structure.either_lateral = false;
-  const TuningResult by_speed = run_tuning(task);
+  structure.either_lateral = false;
+  const TuningResult by_speed = tuned();
   EXPECT_EQ(by_speed.structure.settings.lateral, Lateral::speed);
   EXPECT_EQ(by_speed.evaluations, 10000);
   EXPECT_GT(by_speed.cost, found.cost);
@@ -190,8 +188,7 @@ TEST(TuneObjective, GivesALongMemorysGradientInPieces) {
   const std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
   const auto size = static_cast<Eigen::Index>(x.size());
   const Point point = Eigen::Map<const Point>(x.data(), size);
-  TuneObjective objective({&scenario}, structure, FreeParameters::all(x.size()),
-                          static_cast<int>(size), 1, 2);
+  TuneObjective objective({&scenario}, ParameterSpace::whole(structure), 1, 2);
   EXPECT_EQ(objective.partials_at_once(), 2);
   Point whole(size), pieces(size);
   const double cost = objective.gradient(point, whole.data());
@@ -201,8 +198,7 @@ TEST(TuneObjective, GivesALongMemorysGradientInPieces) {
   }
   EXPECT_EQ(pieces, whole);
   structure.settings.memory = batch_capacity - 2;  // still one of lanes
-  EXPECT_EQ(TuneObjective({&scenario}, structure, FreeParameters::all(x.size()),
-                          static_cast<int>(size), 1, 2)
+  EXPECT_EQ(TuneObjective({&scenario}, ParameterSpace::whole(structure), 1, 2)
                 .partials_at_once(),
             size);
 }
@@ -210,14 +206,12 @@ TEST(TuneObjective, GivesALongMemorysGradientInPieces) {
 // Asked to stop in one of its stages, it does not go on to the next.
 TEST(RunTuning, StopsWhenAsked) {
   const Scenario scenario = Scenario::published();
-  TuningTask task;
-  task.scenarios = {&scenario};
-  task.structure = named_structure(StructureName::taps);
-  task.evaluations = 4000;
+  TuningPlan plan = plan_tuning({&scenario}, named_structure(StructureName::taps));
+  plan.search.limits.evaluations = 4000;
   int whole = 0;
   std::int64_t before = 0;
   double least = std::numeric_limits<double>::infinity();
-  run_tuning(task, [&](std::int64_t evaluations, double cost) {
+  run_tuning(plan, [&](std::int64_t evaluations, double cost) {
     EXPECT_GE(evaluations, before);  // of all stages
     EXPECT_LE(cost, least);
     before = evaluations;
@@ -227,8 +221,8 @@ TEST(RunTuning, StopsWhenAsked) {
   EXPECT_GT(before, 3900);
   for (const int last : {2, whole / 2, whole - 2}) {
     int calls = 0;
-    task.interrupted = [&] { return calls >= last; };
-    const TuningResult found = run_tuning(task, [&](auto...) { ++calls; });
+    const TuningResult found =
+        run_tuning(plan, [&](auto...) { ++calls; }, [&] { return calls >= last; });
     EXPECT_GE(calls, last);
     EXPECT_LE(calls, last + 1);  // the step that the interruption ends is told too
     EXPECT_EQ(found.reason, StopReason::callback);

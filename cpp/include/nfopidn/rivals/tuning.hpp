@@ -1,8 +1,11 @@
 // L4. The cost of a rival's parameters as an objective for the searches.
 #pragma once
 
+#include "nfopidn/parallel/thread_pool.hpp"
 #include "nfopidn/rivals/rivals.hpp"
-#include "nfopidn/tuning/tune.hpp"
+#include "nfopidn/search/objective.hpp"
+#include "nfopidn/tuning/family_cost.hpp"
+#include "nfopidn/tuning/parameter_space.hpp"
 
 namespace nfopidn::rivals {
 

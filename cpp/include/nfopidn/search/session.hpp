@@ -57,6 +57,7 @@ struct SearchResult {
   Point x;
   double cost = std::numeric_limits<double>::infinity();
   std::int64_t evaluations = 0;
+  double seconds = 0;  // that it took, known at its end
   StopReason reason = StopReason::schedule;
   Points population;  // the cells
   Eigen::VectorXd population_costs;

@@ -150,28 +150,6 @@ inline std::vector<ParameterBounds> default_bounds(const Structure& structure) {
   return bounds;
 }
 
-// Parameter i of a structure is x[source[i]], or fixed[i] where source[i] is negative. Parameters
-// with one source are tied.
-struct FreeParameters {
-  std::vector<int> source;
-  std::vector<double> fixed;
-
-  static FreeParameters all(std::size_t count) {
-    FreeParameters parameters;
-    for (std::size_t i = 0; i < count; ++i) parameters.source.push_back(static_cast<int>(i));
-    parameters.fixed.assign(count, 0.0);
-    return parameters;
-  }
-  template <class Number>
-  std::vector<Number> full(const Number* x) const {
-    std::vector<Number> result(source.size());
-    for (std::size_t i = 0; i < source.size(); ++i) {
-      result[i] = source[i] >= 0 ? x[source[i]] : Number(fixed[i]);
-    }
-    return result;
-  }
-};
-
 // Whether the channels have one order pair.
 inline bool shares_orders(const ControllerSettings<double>& s) {
   return s.alpha[0] == s.alpha[1] && s.alpha[1] == s.alpha[2] && s.sigma[0] == s.sigma[1] &&

@@ -1,330 +1,278 @@
-// L4. Tuning: the cost of a controller's parameters as an objective for the searches.
+// L4. Tuning of a controller: the stages of a search, whoever asks for it.
+//
+// A search for free taps is hard to start: without a start it looks for gains and orders first, and
+// goes on from their taps. Where it may also choose what the lateral channel is fed, each choice is
+// a stage with its share of the budget. Every other search is one stage.
 #pragma once
 
-#include "nfopidn/math/ordered_sums.hpp"
-#include "nfopidn/parallel/thread_pool.hpp"
-#include "nfopidn/search/method.hpp"
-#include "nfopidn/tuning/batch.hpp"
-#include "nfopidn/tuning/family_cost.hpp"
-#include "nfopidn/tuning/structures.hpp"
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nfopidn/search/search_settings.hpp"
+#include "nfopidn/tuning/tune_objective.hpp"
 
 namespace nfopidn {
 
-// How finely a search looks at small parameters: see Box::power. Good gains and orders lie near the
-// lower end of generous bounds.
-inline Point tuning_powers(const Point& low) {
-  return (low.array() >= 0).select(Point::Constant(low.size(), 2), Point::Ones(low.size()));
-}
-// The same for the free parameters of a structure, of which some have a power of their own.
-inline Point tuning_powers(const Structure& structure, const FreeParameters& parameters,
-                           const Point& low) {
-  Point power = tuning_powers(low);
-  const std::vector<ParameterBounds> bounds = default_bounds(structure);
-  for (std::size_t i = 0; i < bounds.size(); ++i) {
-    const double own = bounds[i].power;
-    if (own < 0 || parameters.source[i] < 0) continue;
-    const Eigen::Index place = parameters.source[i];
-    if (own != Box::logarithmic || low(place) > 0) power(place) = own;
-  }
-  return power;
-}
-
-// Cost of a controller over scenarios, of which FamilyCost makes one.
-class TuneObjective : public Objective {
- public:
-  // The scenarios must outlive this.
-  TuneObjective(const std::vector<const Scenario*>& scenarios, const Structure& structure,
-                FreeParameters parameters, int dimension, FamilyCost family, int threads)
-      : structure_(structure),
-        parameters_(std::move(parameters)),
-        dimension_(dimension),
-        family_(std::move(family)),
-        pool_(threads) {
-    for (const Scenario* scenario : scenarios) {
-      evaluators_.emplace_back(prepare(*scenario), structure.settings);
-    }
-  }
-
-  bool has_gradient() const override { return true; }
-  bool is_cheap() const override { return true; }
-  // A moment's worth, so that a time limit is kept and little is lost to it; but enough for the
-  // lanes, or for the threads.
-  Eigen::Index most_at_once() const override {
-    double steps = 0;  // of a candidate
-    for (const BatchEvaluator& one : evaluators_) {
-      const PreparedRun& run = one.run();
-      steps += static_cast<double>(run.reference.size()) * run.scenario->substeps;
-    }
-    constexpr double published = 751;
-    constexpr Eigen::Index widest_block = 32;  // of lanes
-    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
-    const bool single = runs_one_by_one();
-    const auto affordable =
-        static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
-    const Eigen::Index fewest = (single ? 1 : widest_block) * pool_.size();
-    return std::max({affordable, fewest / scenarios, Eigen::Index{1}});
-  }
-  Eigen::Index partials_at_once() const override {
-    return runs_one_by_one() ? pool_.size() : dimension_;
-  }
-
-  void costs(const Points& points, double* costs) override {
-    bounded_costs(points, nullptr, costs);
-  }
-  void bounded_costs(const Points& points, const double* bounds, double* costs) override {
-    const StandardArithmetic arithmetic;
-    const std::vector<double> laws = laws_of(points);
-    const Eigen::Index count = points.cols();
-    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
-    if (scenarios == 1 && family_.caps.empty()) {
-      share_out_costs(laws, count, bounds, 0, costs);
-      return;
-    }
-    Eigen::MatrixXd each_bound;
-    if (bounds != nullptr) {
-      const Eigen::VectorXd most =
-          Eigen::Map<const Eigen::VectorXd>(bounds, count) * family_.worst(scenarios);
-      if (family_.caps.empty()) {
-        each_bound = most;  // one column for all scenarios
-      } else {
-        each_bound.resize(count, scenarios);
-        for (Eigen::Index i = 0; i < scenarios; ++i) {
-          for (Eigen::Index j = 0; j < count; ++j) {
-            each_bound(j, i) = family_.cap(i).unseen(most(j));
-          }
-        }
-      }
-    }
-    Eigen::MatrixXd each(count, scenarios);
-    share_out_costs(laws, count, bounds != nullptr ? each_bound.data() : nullptr,
-                    each_bound.cols() > 1 ? count : 0, each.data());
-    for (Eigen::Index j = 0; j < count; ++j) {
-      Eigen::VectorXd row = each.row(j);
-      family_.see(row);
-      costs[j] = dot(row, worst_share_weights(row, family_.share));
-    }
-  }
-
-  // The cost and its gradient.
-  double gradient(const Point& point, double* slopes) {
-    return partials(point, 0, dimension_, slopes);
-  }
-  double partials(const Point& point, Eigen::Index first, Eigen::Index count,
-                  double* slopes) override {
-    const StandardArithmetic arithmetic;
-    const std::size_t size = law_size();
-    std::vector<double> law(size), directions(size * static_cast<std::size_t>(count));
-    differentiate_law(point, first, count, law, directions);
-    const auto scenarios = static_cast<Eigen::Index>(evaluators_.size());
-    Eigen::VectorXd each(scenarios);
-    Eigen::MatrixXd each_slopes(count, scenarios);
-    constexpr int together = 16;  // directions that take hardly longer than half of them
-    over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
-      const double cost = evaluators_[static_cast<std::size_t>(scenario)].gradient(
-          law.data(), directions.data() + static_cast<std::size_t>(from) * size,
-          static_cast<int>(there), each_slopes.col(scenario).data() + from);
-      if (from == 0) each(scenario) = cost;
-    });
-    if (!family_.caps.empty()) {
-      for (Eigen::Index i = 0; i < scenarios; ++i) {
-        each_slopes.col(i) *= family_.cap(i).slope(each(i));
-      }
-      family_.see(each);
-    }
-    const Eigen::VectorXd weight = worst_share_weights(each, family_.share);
-    Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
-    return dot(each, weight);
-  }
-
- private:
-  // Whether a memory beyond that of the lanes makes each candidate and direction a run of its own.
-  bool runs_one_by_one() const { return structure_.settings.memory + 2 > batch_capacity; }
-
-  // The numbers of the law at a point, and how they change with its coordinates first .. first +
-  // count - 1.
-  void differentiate_law(const Point& point, Eigen::Index first, Eigen::Index count,
-                         std::vector<double>& law, std::vector<double>& directions) const {
-    const std::size_t size = law_size();
-    std::vector<Dual<double>> x(static_cast<std::size_t>(dimension_)), fused(size);
-    double* slope = directions.data();
-    for (Eigen::Index i = first; i < first + count; ++i) {
-      for (Eigen::Index k = 0; k < dimension_; ++k) {
-        x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
-      }
-      parameters_to_law(structure_, parameters_.full(x.data()), fused.data());
-      for (std::size_t n = 0; n < size; ++n) {
-        law[n] = fused[n].value;
-        *slope++ = fused[n].slope;
-      }
-    }
-  }
-
-  // Calls run(scenario, first, count) until each scenario has all of `size` things, which are
-  // shared out in pieces of `together`.
-  template <class Run>
-  void over_scenarios(std::ptrdiff_t size, std::ptrdiff_t together, const Run& run) {
-    const auto scenarios = static_cast<std::ptrdiff_t>(evaluators_.size());
-    pool_.for_each_share(scenarios * size, together,
-                         [&](std::ptrdiff_t first, std::ptrdiff_t count) {
-                           while (count > 0) {
-                             const std::ptrdiff_t from = first % size;
-                             const std::ptrdiff_t there = std::min(count, size - from);
-                             run(first / size, from, there);
-                             first += there;
-                             count -= there;
-                           }
-                         });
-  }
-
-  // costs: [scenarios][count], bounds: [count], those of the next scenario `stride` further.
-  void share_out_costs(const std::vector<double>& laws, Eigen::Index count, const double* bounds,
-                       Eigen::Index stride, double* costs) {
-    constexpr int together = 8;  // candidates, with the widest instructions
-    over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
-      evaluators_[static_cast<std::size_t>(scenario)].costs_of_laws(
-          laws.data() + static_cast<std::size_t>(first) * law_size(), static_cast<int>(there),
-          costs + scenario * count + first,
-          bounds == nullptr ? nullptr : bounds + scenario * stride + first);
-    });
-  }
-
-  std::vector<double> laws_of(const Points& points) const {
-    const std::size_t size = law_size();
-    std::vector<double> laws(static_cast<std::size_t>(points.cols()) * size);
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      parameters_to_law(structure_, parameters_.full(points.col(j).data()),
-                        laws.data() + static_cast<std::size_t>(j) * size);
-    }
-    return laws;
-  }
-
-  std::size_t law_size() const {
-    return static_cast<std::size_t>(
-        nfopidn::law_size(structure_.settings, structure_.settings.memory + 2));
-  }
-
-  std::vector<BatchEvaluator> evaluators_;
-  Structure structure_;
-  FreeParameters parameters_;
-  int dimension_;
-  FamilyCost family_;
-  ThreadPool pool_;
-};
-
-// A tuning for programs; all of its parameters are free within their default bounds.
-struct TuningTask {
-  std::vector<const Scenario*> scenarios;
-  Structure structure;
-  std::vector<double> start;  // parameters known to be good; may be empty
-  std::int64_t evaluations = 10000;
-  std::uint64_t seed = 0;
-  double share = 1;
-  int threads = 1;
-  std::function<bool()> interrupted;  // asked now and then; true ends the search
-  MethodOptions method = {};          // bfoa+ with its default options
-};
-
-// The share of a search for free taps that looks for gains and orders to start from.
+// The share of evaluations and time of a search for free taps that looks for a start.
 constexpr double start_share = 0.3;
 
-// x is empty where the search was interrupted before it knew a first cost.
+// The part of a plan that searches one space.
+struct PlannedStage {
+  std::string name;  // distinguishes its files from those of the other stages
+  ParameterSpace space;
+};
+
+struct TuningPlan {
+  std::vector<const Scenario*> scenarios;  // must outlive the search
+  FamilyCost family = 1;
+  SearchSettings search;
+  int threads = 1;
+  Point start;                        // known to be good, for all alternatives; may be empty
+  std::optional<PlannedStage> gains;  // gains and orders, whose taps are a start for free taps
+  std::vector<PlannedStage> alternatives;  // at least one; the best of their results is the answer
+};
+
+// The structures that a search is for, by the names of their stages: the last one is the search's
+// own and has no name. `has_start`: whether there is a point to start from.
+using NamedStructure = std::pair<std::string, Structure>;
+struct StructureStages {
+  std::optional<NamedStructure> gains;
+  std::vector<NamedStructure> alternatives;
+};
+inline StructureStages stages_of(const Structure& structure, bool has_start) {
+  StructureStages stages;
+  if (structure.parameters == ParameterSet::taps && !has_start) {
+    Structure gains = structure;
+    gains.parameters = ParameterSet::orders_by_channel;
+    gains.either_lateral = false;
+    stages.gains = NamedStructure("gains", gains);
+  }
+  if (!structure.either_lateral) {
+    stages.alternatives.emplace_back("", structure);
+    return stages;
+  }
+  for (const Lateral lateral : free_tap_laterals) {
+    Structure one = structure;
+    one.either_lateral = false;
+    one.settings.lateral = lateral;
+    const std::string name =
+        ChoiceNames<Lateral>::names[static_cast<std::size_t>(lateral)];
+    const bool is_last = lateral == *(std::end(free_tap_laterals) - 1);
+    stages.alternatives.emplace_back(is_last ? "" : name, one);
+  }
+  return stages;
+}
+
+// A plan whose parameters are all free within their default bounds. An empty start is none.
+inline TuningPlan plan_tuning(std::vector<const Scenario*> scenarios, const Structure& structure,
+                              const std::vector<double>& start = {}) {
+  TuningPlan plan;
+  plan.scenarios = std::move(scenarios);
+  plan.start = Eigen::Map<const Point>(start.data(), static_cast<Eigen::Index>(start.size()));
+  const StructureStages stages = stages_of(structure, !start.empty());
+  if (stages.gains) {
+    plan.gains = PlannedStage{stages.gains->first, ParameterSpace::whole(stages.gains->second)};
+  }
+  for (const auto& [name, own] : stages.alternatives) {
+    plan.alternatives.push_back({name, ParameterSpace::whole(own)});
+  }
+  return plan;
+}
+
+// A stage with its share of the search, as it is about to run.
+struct SearchStage {
+  const PlannedStage& planned;
+  SearchSettings search;
+  Point start;         // may be empty
+  std::int64_t spent;  // evaluations of the stages before
+  double best;         // the least cost of the stages before
+};
+
+// Runs the stages of a plan. Files, callbacks and requests to stop are its concern.
+class StageRunner {
+ public:
+  virtual ~StageRunner() = default;
+  // Whether an earlier process has come to this stage. What comes before it has then ended, and
+  // must not go on for longer than it did.
+  virtual bool has_begun(const PlannedStage& /*stage*/) const { return false; }
+  virtual SearchResult run(const SearchStage& stage, Objective& objective) = 0;
+  // Whether no further stage is to run, for a reason that no result tells.
+  virtual bool has_failed() const { return false; }
+};
+
+// x is empty where the search was interrupted before it knew a first cost. Evaluations, time and
+// history are those of all stages; the reason is that of the last one.
 struct TuningResult : SearchResult {
-  Structure structure;  // what x stands for: the task's, with the lateral channel chosen
+  std::size_t alternative = 0;  // whose point x is
+  Structure structure;          // what x stands for
 };
 
 namespace detail {
 
-inline SearchResult run_stage(const TuningTask& task, const SearchSession::Callback& callback) {
-  const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
-  const auto size = static_cast<Eigen::Index>(bounds.size());
-  Point low(size), high(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    low(i) = bounds[static_cast<std::size_t>(i)].low;
-    high(i) = bounds[static_cast<std::size_t>(i)].high;
-  }
-  TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(bounds.size()),
-                          static_cast<int>(size), task.share, task.threads);
-  const Point power = tuning_powers(task.structure, FreeParameters::all(bounds.size()), low);
-  SearchSession search(objective, {low, high, power}, {task.evaluations}, task.seed);
-  if (!task.start.empty()) search.start = Eigen::Map<const Point>(task.start.data(), size);
-  search.keeps_record = false;
-  search.set_callback(callback);
-  search.set_interruption(task.interrupted);
-  run_method(search, task.method);
-  return search.result;
-}
+class TuningRun {
+ public:
+  TuningRun(const TuningPlan& plan, StageRunner& runner) : plan_(plan), runner_(runner) {}
 
-// Gains and orders for free taps to start from: a task of its own, by the default method whatever
-// the task's is, and its answer as taps.
-inline SearchResult find_start(TuningTask task, const SearchSession::Callback& callback) {
-  const ParameterSet wanted = task.structure.parameters;
-  task.structure.parameters = ParameterSet::orders_by_channel;
-  if (task.evaluations >= unlimited_budget) task.evaluations = default_budget({});
-  task.method = {};
-  task.evaluations = std::max<std::int64_t>(
-      1, static_cast<std::int64_t>(start_share * static_cast<double>(task.evaluations)));
-  SearchResult found = run_stage(task, callback);
-  if (found.x.size() == 0) return found;
-  std::vector<double> taps = parameters_of(
-      wanted, design_of(task.structure, std::vector<double>(found.x.begin(), found.x.end())));
-  task.structure.parameters = wanted;
-  // Within what free taps are searched for: gains and orders may make larger ones.
-  const std::vector<ParameterBounds> bounds = default_bounds(task.structure);
-  for (std::size_t i = 0; i < taps.size(); ++i) {
-    taps[i] = std::min(bounds[i].high, std::max(bounds[i].low, taps[i]));
+  TuningResult run() {
+    left_ = plan_.search.limits.evaluations;
+    seconds_ = plan_.search.limits.seconds;
+    Point start = plan_.start;
+    std::int64_t rest = left_;
+    if (plan_.gains) {
+      const std::int64_t share = share_for_gains();
+      const SearchResult found = find_start(share);
+      add(found, 0);
+      start = found.x;
+      // What a stage could not use because its time was up is not for the others: a search that
+      // goes on from its checkpoints has the same stages.
+      if (rest < unlimited_budget) {
+        rest -= found.reason == StopReason::time ? share : found.evaluations;
+      }
+      if (start.size() == 0) return std::move(result_);
+    }
+    const std::size_t count = plan_.alternatives.size();
+    for (std::size_t place = 0; place < count && goes_on(); ++place) {
+      const auto remaining = static_cast<std::int64_t>(count - place);
+      SearchSettings search = plan_.search;
+      if (rest < unlimited_budget) {
+        search.limits.evaluations = (rest + remaining - 1) / remaining;
+        rest -= search.limits.evaluations;
+      }
+      if (search.limits.evaluations < 1) break;
+      search.limits.seconds = seconds_ / static_cast<double>(remaining);
+      add(run_stage(plan_.alternatives[place], search, start), place);
+    }
+    return std::move(result_);
   }
-  const int size = static_cast<int>(taps.size());
-  TuneObjective objective(task.scenarios, task.structure, FreeParameters::all(taps.size()), size,
-                          task.share, task.threads);
-  found.x = Eigen::Map<const Point>(taps.data(), size);
-  objective.costs(found.x, &found.cost);
-  found.population = found.x;
-  found.population_costs = Eigen::VectorXd::Constant(1, found.cost);
-  return found;
-}
+
+ private:
+  bool goes_on() const {
+    if (!has_run_) return true;
+    const StopReason reason = result_.reason;
+    const bool came_to_its_end = reason == StopReason::schedule ||
+                                 reason == StopReason::evaluations || reason == StopReason::time;
+    return came_to_its_end && left_ > 0 && seconds_ > 0 && !runner_.has_failed();
+  }
+
+  SearchResult run_stage(const PlannedStage& planned, const SearchSettings& search,
+                         const Point& start) {
+    TuneObjective objective(plan_.scenarios, planned.space, plan_.family, plan_.threads);
+    return runner_.run({planned, search, start, result_.evaluations, result_.cost}, objective);
+  }
+
+  std::int64_t share_for_gains() const {
+    const std::int64_t budget = left_ < unlimited_budget ? left_ : default_budget({});
+    return std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(start_share * static_cast<double>(budget)));
+  }
+
+  // Gains and orders for free taps to start from, by the default method whatever the plan's is.
+  SearchResult find_start(std::int64_t share) {
+    SearchSettings search = plan_.search;
+    search.method = {};
+    search.limits.evaluations = share;
+    search.limits.seconds *= start_share;
+    for (const PlannedStage& later : plan_.alternatives) {
+      if (runner_.has_begun(later)) search.limits.seconds = 0;
+    }
+    SearchResult found = run_stage(*plan_.gains, search, {});
+    return found.x.size() == 0 ? found : as_taps(std::move(found), plan_.gains->space);
+  }
+
+  // The answer of a search for gains as one for taps, which may be frozen or tied and then do not
+  // make what was found: the costs are those of the taps.
+  SearchResult as_taps(SearchResult found, const ParameterSpace& gains) {
+    const ParameterSpace& taps = plan_.alternatives.front().space;
+    found.x = taps.within(taps.free_parameters(gains.design(found.x)));
+    TuneObjective(plan_.scenarios, taps, plan_.family, 1).costs(found.x, &found.cost);
+    found.population = found.x;
+    found.population_costs = Eigen::VectorXd::Constant(1, found.cost);
+    for (HistoryRow& row : found.history) row.best = std::max(row.best, found.cost);
+    if (found.reason == StopReason::target && found.cost > plan_.search.limits.target) {
+      found.reason = StopReason::evaluations;
+    }
+    return found;
+  }
+
+  // Of equal costs the later one counts: it comes from the search that the plan is for.
+  void add(const SearchResult& found, std::size_t alternative) {
+    has_run_ = true;
+    const double before = result_.cost;
+    std::vector<HistoryRow> history = std::move(result_.history);
+    for (HistoryRow row : found.history) {
+      row.evaluations += result_.evaluations;
+      row.best = std::min(row.best, before);
+      history.push_back(row);
+    }
+    const std::int64_t evaluations = result_.evaluations + found.evaluations;
+    const double seconds = result_.seconds + found.seconds;
+    if (found.x.size() != 0 && (result_.x.size() == 0 || found.cost <= result_.cost)) {
+      static_cast<SearchResult&>(result_) = found;
+      result_.alternative = alternative;
+      result_.structure = plan_.alternatives[alternative].space.structure;
+    }
+    result_.history = std::move(history);
+    result_.evaluations = evaluations;
+    result_.seconds = seconds;
+    result_.reason = found.reason;
+    if (left_ < unlimited_budget) left_ -= found.evaluations;
+    seconds_ -= found.seconds;
+  }
+
+  const TuningPlan& plan_;
+  StageRunner& runner_;
+  TuningResult result_;
+  bool has_run_ = false;
+  std::int64_t left_ = 0;
+  double seconds_ = 0;
+};
 
 }  // namespace detail
+
+inline TuningResult run_tuning(const TuningPlan& plan, StageRunner& runner) {
+  const StandardArithmetic arithmetic;
+  return detail::TuningRun(plan, runner).run();
+}
 
 // Called after each chemotactic step with the evaluations and the least cost of all stages so far.
 using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
 
-inline TuningResult run_tuning(TuningTask task, const TuningCallback& callback = {}) {
-  const StandardArithmetic arithmetic;
-  TuningResult best;
-  best.structure = task.structure;
-  std::int64_t spent = 0;
-  const auto report = [&](const SearchResult& stage) {
-    if (callback) callback(spent + stage.evaluations, std::min(best.cost, stage.cost));
-    return true;
-  };
-  const auto keep = [&](const SearchResult& found, const Structure& structure) {
-    spent += found.evaluations;
-    task.evaluations -= found.evaluations;
-    if (found.cost < best.cost || best.x.size() == 0) {
-      static_cast<SearchResult&>(best) = found;
-      best.structure = structure;
-    }
-    best.reason = found.reason;  // the last stage's
-  };
-  const auto goes_on = [&] {
-    return best.reason == StopReason::schedule || best.reason == StopReason::evaluations;
-  };
-  if (task.structure.parameters == ParameterSet::taps && task.start.empty()) {
-    keep(detail::find_start(task, report), task.structure);
-    task.start.assign(best.x.begin(), best.x.end());
+// Runs stages without files.
+class PlainStageRunner : public StageRunner {
+ public:
+  // `interrupted` is asked now and then; true ends the search. Either may be empty.
+  explicit PlainStageRunner(TuningCallback callback, std::function<bool()> interrupted = {})
+      : callback_(std::move(callback)), interrupted_(std::move(interrupted)) {}
+
+  SearchResult run(const SearchStage& stage, Objective& objective) override {
+    const SearchSettings& settings = stage.search;
+    SearchSession search(objective, stage.planned.space.box(), settings.limits, settings.seed);
+    search.start = stage.start;
+    search.keeps_record = false;
+    search.set_interruption(interrupted_);
+    search.set_callback([&](const SearchResult& so_far) {
+      if (callback_) {
+        callback_(stage.spent + so_far.evaluations, std::min(stage.best, so_far.cost));
+      }
+      return true;
+    });
+    run_method(search, settings.method);
+    search.result.seconds = search.elapsed();
+    return search.result;
   }
-  if (!task.structure.either_lateral) {
-    if (goes_on()) keep(detail::run_stage(task, report), task.structure);
-  } else {
-    for (const Lateral lateral : free_tap_laterals) {
-      TuningTask one = task;
-      one.structure.settings.lateral = lateral;
-      if (lateral == free_tap_laterals[0]) one.evaluations -= task.evaluations / 2;
-      if (one.evaluations > 0 && goes_on()) keep(detail::run_stage(one, report), one.structure);
-    }
-  }
-  best.evaluations = spent;
-  return best;
+
+ private:
+  TuningCallback callback_;
+  std::function<bool()> interrupted_;
+};
+
+inline TuningResult run_tuning(const TuningPlan& plan, const TuningCallback& callback = {},
+                               std::function<bool()> interrupted = {}) {
+  PlainStageRunner runner(callback, std::move(interrupted));
+  return run_tuning(plan, runner);
 }
 
 }  // namespace nfopidn

@@ -27,21 +27,20 @@ Outcome read_method(const Arguments& arguments, MethodOptions& method) {
 bool tune_design(const Arguments& arguments, const MethodOptions& method, const Scenario& scenario,
                  ControllerDesign& design) {
   const Structure structure = structure_to_tune(arguments, scenario, design);
-  TuningTask task;
-  task.scenarios = {&scenario};
-  task.structure = structure;
-  task.method = method;
-  task.evaluations = arguments.maxfev.value_or(default_budget(method));
-  task.seed = arguments.tune_seed;
-  if (!arguments.controller_file.empty()) task.start = parameters_of(structure.parameters, design);
+  std::vector<double> start;
+  if (!arguments.controller_file.empty()) start = parameters_of(structure.parameters, design);
+  TuningPlan plan = plan_tuning({&scenario}, structure, start);
+  plan.search.method = method;
+  plan.search.limits.evaluations = arguments.maxfev.value_or(default_budget(method));
+  plan.search.seed = arguments.tune_seed;
   const bool shown = !arguments.quiet && ::isatty(STDERR_FILENO) != 0;
-  task.interrupted = StopRequests::asked;
-  const TuningResult found = run_tuning(task, [&](std::int64_t evaluations, double cost) {
+  const auto show = [&](std::int64_t evaluations, double cost) {
     if (shown) {
       std::fprintf(stderr, "\rtuning: %lld evaluations, cost %.6g ",
                    static_cast<long long>(evaluations), cost);
     }
-  });
+  };
+  const TuningResult found = run_tuning(plan, show, StopRequests::asked);
   if (shown) std::fputc('\n', stderr);
   if (found.reason == StopReason::callback) {
     say(arguments, "interrupted after " + std::to_string(found.evaluations) + " evaluations");
