@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from nfopidn.families import Family
 
 __version__: str
-START_SHARE: float
 METHODS: dict[str, int]
 UNLIMITED: int
-FREE_TAP_LATERALS: tuple[str, ...]
+STAGE_SUFFIXES: tuple[str, ...]
 LEAST_SPEED_SCALE: float
 
 _Array: TypeAlias = NDArray[np.float64]
@@ -19,6 +18,8 @@ _Numbers: TypeAlias = Sequence[float] | NDArray[np.floating[Any] | np.integer[An
 _Rows: TypeAlias = Sequence[Sequence[float]] | NDArray[np.floating[Any] | np.integer[Any]]
 _Path: TypeAlias = str | os.PathLike[str]
 _Pair: TypeAlias = tuple[float, float]
+_Stage: TypeAlias = tuple[str, Controller, str]
+_PlannedStage: TypeAlias = tuple[str, ParameterSpace, str]
 _Triple: TypeAlias = tuple[float, float, float]
 _Seed: TypeAlias = int | np.integer[Any] | np.random.Generator | None
 
@@ -562,15 +563,25 @@ def simulate(
 ) -> SimulationResult: ...
 
 @final
-class CostFunction:
+class ParameterSpace:
     def __init__(
         self,
-        scenarios: Sequence[Scenario],
         controller: Controller,
         parameters: str,
         source: Sequence[int],
         fixed: Sequence[float],
-        dimension: int,
+        low: _Numbers,
+        high: _Numbers,
+    ) -> None: ...
+    def controller(self, x: _Numbers) -> Controller: ...
+    def parameters_of(self, controller: Controller) -> _Array: ...
+
+@final
+class CostFunction:
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        space: ParameterSpace,
         worst_share: float,
         caps: Sequence[float],
         threads: int,
@@ -581,12 +592,14 @@ class CostFunction:
 def family_cap(scenario: Scenario) -> float: ...
 def checkpoint_problem(path: str) -> str | None: ...
 def search_function(function: Callable[..., Any], request: dict[str, Any]) -> dict[str, Any]: ...
-def search_controller(
+def plan_stages(
+    controller: Controller, parameters: str, either_lateral: bool, has_start: bool
+) -> tuple[_Stage | None, list[_Stage]]: ...
+def run_plan(
     scenarios: Sequence[Scenario],
-    controller: Controller,
-    parameters: str,
-    source: Sequence[int],
-    fixed: Sequence[float],
+    gains: _PlannedStage | None,
+    alternatives: Sequence[_PlannedStage],
+    start: _Numbers,
     worst_share: float,
     caps: Sequence[float],
     threads: int,
@@ -611,14 +624,6 @@ def structure(name: str) -> tuple[dict[str, Any], str]: ...
 def parameter_bounds(
     controller: Controller, parameters: str, scenario: Scenario | None = None
 ) -> list[tuple[str, float, float]]: ...
-def design(
-    controller: Controller,
-    parameters: str,
-    source: Sequence[int],
-    fixed: Sequence[float],
-    x: Sequence[float],
-) -> Controller: ...
-def parameters(controller: Controller, parameters: str, design: Controller) -> list[float]: ...
 def series_weights(pole: float, order: float, memory: int) -> _Array: ...
 def rule_scale(pole: float, dt: float, prewarp: float) -> float: ...
 def gain_factors(

@@ -1,28 +1,12 @@
 // The searches, over a controller's parameters or any Python function. Python has checked and named
-// the arguments; python/nfopidn/_search.py and _tuning.py are the callers.
+// the arguments; python/nfopidn/search and python/nfopidn/tuning are the callers.
 #include "nfopidn/rivals/tuning.hpp"
 
-#include <pybind11/eigen.h>
-#include <pybind11/stl.h>
-
-#include "bindings.hpp"
-#include "nfopidn/io/checkpoint.hpp"
-#include "nfopidn/io/json_method.hpp"
-#include "nfopidn/tuning/tune.hpp"
+#include "search_runner.hpp"
 
 namespace nfopidn::python {
 
 namespace {
-
-using RowPoints = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using Clock = std::chrono::steady_clock;
-
-// What Python code has raised, with the lines that it came from.
-py::object raised_by(const py::error_already_set& error) {
-  py::object value = error.value();
-  if (error.trace()) PyException_SetTraceback(value.ptr(), error.trace().ptr());
-  return value;
-}
 
 // A Python function of an (n, p) array that returns n costs. What it raises ends the search and is
 // kept, so that the caller can be given the best so far with it.
@@ -74,211 +58,31 @@ class FunctionObjective : public Objective {
   Eigen::Index most_;
 };
 
-const char* const reasons[] = {"schedule", "evaluations", "time",
-                               "target",   "callback",    "not_a_number"};
-
-py::dict to_dict(const SearchSession& search, const std::string& reason) {
-  const SearchResult& r = search.result;
-  py::array_t<double> history({r.history.size(), std::size_t{7}});
-  auto cell = history.mutable_unchecked<2>();
-  py::ssize_t row = 0;
-  for (const HistoryRow& h : r.history) {
-    const double numbers[] = {static_cast<double>(h.dispersal),
-                              static_cast<double>(h.reproduction),
-                              static_cast<double>(h.chemotaxis),
-                              static_cast<double>(h.evaluations),
-                              h.best,
-                              h.mean,
-                              h.step};
-    for (py::ssize_t column = 0; column < 7; ++column) cell(row, column) = numbers[column];
-    ++row;
-  }
-  py::dict result;
-  result["x"] = r.x;  // empty where the search ended before its first cost
-  result["fun"] = r.cost;
-  result["nfev"] = r.evaluations;
-  result["reason"] = reason;
-  result["population"] = RowPoints(r.population.transpose());
-  result["population_energies"] = r.population_costs;
-  result["history"] = history;
-  result["elapsed"] = search.elapsed();
-  return result;
-}
-
-// What a search is given, from the dictionary that Python makes of its arguments.
-struct Request {
-  std::string method, checkpoint;
-  py::dict options;
-  Eigen::VectorXd low, high, start;
-  SearchLimits limits;
-  std::uint64_t seed;
-  py::object callback;
+// What a search in one stage is given besides.
+struct BoxRequest {
+  Point low, high, start;
   Json problem;
 
-  explicit Request(const py::dict& given)
-      : method(given["method"].cast<std::string>()),
-        checkpoint(given["checkpoint"].cast<std::string>()),
-        options(given["options"].cast<py::dict>()),
-        low(given["low"].cast<Eigen::VectorXd>()),
-        high(given["high"].cast<Eigen::VectorXd>()),
-        limits{given["maxfev"].cast<std::int64_t>(), given["maxtime"].cast<double>(),
-               given["stopval"].cast<double>()},
-        seed(given["seed"].cast<std::uint64_t>()),
-        callback(given["callback"]) {
-    if (!given["start"].is_none()) start = given["start"].cast<Eigen::VectorXd>();
-    check("checkpoint", parse_json(given["problem"].cast<std::string>(), problem));
+  explicit BoxRequest(const py::dict& given)
+      : low(given["low"].cast<Point>()),
+        high(given["high"].cast<Point>()),
+        problem(parse_problem(given["problem"].cast<std::string>())) {
+    if (!given["start"].is_none()) start = given["start"].cast<Point>();
   }
+
+  SearchRunner::Problems problems() const { return {{"", problem}}; }
 };
-
-// The options of the method of that name.
-MethodOptions read_options(const std::string& method, const py::dict& given) {
-  MethodOptions options;
-  check("options", read_method(method, to_json(given), options));
-  return options;
-}
-
-// Saves a search now and then: not more often than twice a second, and not for more than a
-// twentieth of the time. What cannot be written now is written later.
-class Checkpoint {
- public:
-  explicit Checkpoint(const Request& request) : file_(request.checkpoint, request.problem) {}
-
-  bool is_wanted() const { return !file_.path().empty(); }
-
-  // Before the search begins. What is not as it should be, though the search can go on, is warned
-  // of.
-  void begin(SearchSession& search) {
-    check("checkpoint", check_writable(file_.path()));
-    check("checkpoint", file_.lock());
-    std::string note;
-    check("checkpoint", file_.load(search, note));
-    if (!note.empty()) warn(note);
-  }
-
-  void save_if_due(const SearchSession& search) {
-    if (!is_wanted() || Clock::now() < next_) return;
-    save(search, false);
-  }
-  // Not while an earlier process's answers are still being repeated: the file has more. Nor what no
-  // search can go on from.
-  void save(const SearchSession& search, bool last) {
-    if (!is_wanted() || search.is_replaying() || is_spoilt(search.record())) return;
-    const Clock::time_point begin = Clock::now();
-    const Outcome before = std::exchange(fault, file_.save(search));
-    if (!fault && before && !last) warn_of_fault();
-    const Clock::time_point end = Clock::now();
-    const Clock::duration least = std::chrono::milliseconds(500);
-    next_ = end + std::max(least, 20 * (end - begin));
-  }
-
-  Outcome fault;                   // of the last time
-  py::object raised = py::none();  // where warnings are errors; the search then ends
-
- private:
-  bool is_spoilt(const std::vector<double>& record) {
-    const auto is_nan = [](double answer) { return std::isnan(answer); };
-    spoilt_ = spoilt_ || std::any_of(record.begin() + seen_, record.end(), is_nan);
-    seen_ = static_cast<std::ptrdiff_t>(record.size());
-    return spoilt_;
-  }
-
-  static void warn(const std::string& note) {
-    const std::string text = "checkpoint: " + printable(note);
-    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) != 0) throw py::error_already_set();
-  }
-
-  // The search goes on: the disk may have room again before it ends.
-  void warn_of_fault() {
-    const py::gil_scoped_acquire acquire;
-    try {
-      warn(fault.message + "; the search goes on, and tries again");
-    } catch (const py::error_already_set& error) {
-      raised = raised_by(error);
-    }
-  }
-
-  CheckpointFile file_;
-  std::ptrdiff_t seen_ = 0;  // answers looked at
-  bool spoilt_ = false;
-  Clock::time_point next_ = Clock::now() + std::chrono::milliseconds(500);
-};
-
-// A checkpoint's costs must be the objective's: of another version of the library they are not, and
-// the seed would have led elsewhere. Gradients and lanes round otherwise, which changes the costs
-// of controllers that hardly track.
-void check_resumed(Objective& objective, const Request& request, const SearchResult& found) {
-  constexpr double tracking = 0.1;
-  if (!objective.is_cheap() || found.x.size() == 0 || !(found.cost < tracking)) return;
-  double cost = 0;
-  objective.costs(found.x, &cost);
-  if (std::fabs(cost - found.cost) <= 1e-6 * std::fabs(cost)) return;
-  raise("checkpoint",
-        {Status::inconsistent, request.checkpoint + ": holds costs that are not this search's (" +
-                                   number_text(found.cost) + " where it is " + number_text(cost) +
-                                   "); give another path, or remove it"});
-}
-
-// Runs the search without the GIL; the callback and Ctrl-C are looked after between steps.
-py::dict run_search(Objective& objective, const Request& request, const Eigen::VectorXd& power) {
-  const StandardArithmetic arithmetic;
-  SearchSession search(objective, {request.low, request.high, power}, request.limits, request.seed);
-  search.start = request.start;
-  Checkpoint checkpoint(request);
-  if (checkpoint.is_wanted()) {
-    checkpoint.begin(search);
-    search.set_witness([&] { checkpoint.save_if_due(search); });
-  }
-  const bool resumes = search.is_replaying();
-  search.keeps_record = checkpoint.is_wanted();
-  bool interrupted = false;
-  py::object raised = py::none();  // by the callback, or by a signal's handler
-  Clock::time_point next_look{};
-  search.set_interruption([&] {
-    if (!checkpoint.raised.is_none()) return true;
-    if (Clock::now() < next_look) return false;
-    next_look = Clock::now() + std::chrono::milliseconds(50);
-    const py::gil_scoped_acquire acquire;
-    if (!StopIf::raises()) return false;
-    interrupted = true;
-    const py::error_already_set error;
-    if (!error.matches(PyExc_KeyboardInterrupt)) raised = raised_by(error);
-    return true;
-  });
-  search.set_callback([&](const SearchResult& so_far) {
-    if (!checkpoint.raised.is_none()) return false;
-    if (request.callback.is_none() || search.is_replaying()) return true;
-    const py::gil_scoped_acquire acquire;
-    const HistoryRow& row = so_far.history.back();
-    try {
-      return request
-          .callback(so_far.x, so_far.cost, so_far.evaluations, row.mean, row.step,
-                    RowPoints(so_far.population.transpose()), so_far.population_costs)
-          .cast<bool>();
-    } catch (const py::error_already_set& error) {
-      raised = raised_by(error);
-      return false;
-    }
-  });
-  {
-    const MethodOptions options = read_options(request.method, request.options);
-    const py::gil_scoped_release release;
-    run_method(search, options);
-  }
-  if (resumes) check_resumed(objective, request, search.result);
-  checkpoint.save(search, true);
-  py::dict result = to_dict(
-      search, interrupted ? "interrupted" : reasons[static_cast<int>(search.result.reason)]);
-  result["checkpoint_fault"] = checkpoint.fault.message;
-  result["raised"] = raised.is_none() ? checkpoint.raised : raised;
-  return result;
-}
 
 py::dict search_function(const py::function& function, const py::dict& given) {
   const Request request(given);
+  const BoxRequest box(given);
   FunctionObjective objective(function, given["most_at_once"].cast<Eigen::Index>());
-  py::dict result = run_search(objective, request, Eigen::VectorXd::Ones(request.low.size()));
-  if (!objective.raised.is_none()) result["raised"] = objective.raised;
-  return result;
+  SearchRunner runner(request, box.problems());
+  const Point power = Point::Ones(box.low.size());
+  const SearchResult found =
+      runner.run("", objective, {box.low, box.high, power}, request.search, box.start, 0);
+  if (!objective.raised.is_none()) runner.raised = objective.raised;
+  return runner.reply(found);
 }
 
 Structure structure_of(const PyController& controller, const std::string& parameters) {
@@ -290,17 +94,87 @@ Structure structure_of(const PyController& controller, const std::string& parame
   return structure;
 }
 
-py::dict search_controller(const std::vector<const Scenario*>& scenarios,
-                           const PyController& controller, const std::string& parameters,
-                           const std::vector<int>& source, const std::vector<double>& fixed,
-                           double worst_share, const std::vector<double>& caps, int threads,
-                           const py::dict& given) {
+// A structure's parameters, with the robot that its controllers are made for.
+struct PySpace : ParameterSpace {
+  std::optional<Robot<double>> robot;
+
+  PySpace(const PyController& controller, const std::string& set, const std::vector<int>& source,
+          const std::vector<double>& fixed, Point lowest, Point highest)
+      : ParameterSpace{structure_of(controller, set),
+                       {source, fixed},
+                       std::move(lowest),
+                       std::move(highest)},
+        robot(controller.settings.robot) {}
+
+  PyController controller(const Point& x) const {
+    if (x.size() != dimension()) {
+      throw py::value_error("x has " + std::to_string(x.size()) + " numbers; must have " +
+                            std::to_string(dimension()));
+    }
+    ControllerDesign made = design(x);
+    made.robot = robot;
+    return PyController(made);
+  }
+  Point parameters_of(const PyController& given) const { return free_parameters(given.settings); }
+};
+
+using PyStage = std::tuple<std::string, const PySpace*, std::string>;  // name, space, problem
+
+// `gains` and `alternatives` as in TuningPlan; `start` may be empty.
+py::dict run_plan(const std::vector<const Scenario*>& scenarios,
+                  const std::optional<PyStage>& gains, const std::vector<PyStage>& alternatives,
+                  const Point& start, double worst_share, const std::vector<double>& caps,
+                  int threads, const py::dict& given) {
   const Request request(given);
-  const Structure structure = structure_of(controller, parameters);
-  const FreeParameters free = {source, fixed};
-  TuneObjective objective(scenarios, structure, free, static_cast<int>(request.low.size()),
-                          {worst_share, caps}, threads);
-  return run_search(objective, request, tuning_powers(structure, free, request.low));
+  SearchRunner::Problems problems;
+  const auto planned = [&](const PyStage& stage) -> PlannedStage {
+    const auto& [name, space, problem] = stage;
+    problems[name] = parse_problem(problem);
+    return {name, *space};
+  };
+  TuningPlan plan;
+  plan.scenarios = scenarios;
+  plan.family = {worst_share, caps};
+  plan.search = request.search;
+  plan.threads = threads;
+  plan.start = start;
+  if (gains) plan.gains = planned(*gains);
+  for (const PyStage& stage : alternatives) plan.alternatives.push_back(planned(stage));
+  SearchRunner runner(request, problems);
+  const TuningResult found = run_tuning(plan, runner);
+  py::dict reply = runner.reply(found);
+  reply["alternative"] = found.alternative;
+  return reply;
+}
+
+// The stages of a search for a controller, (name, controller, parameters) each: for gains, or None,
+// and the alternatives.
+py::tuple plan_stages(const PyController& controller, const std::string& parameters,
+                      bool either_lateral, bool has_start) {
+  Structure structure = structure_of(controller, parameters);
+  structure.either_lateral = either_lateral;
+  const StructureStages stages = stages_of(structure, has_start);
+  const auto described = [&](const NamedStructure& stage) {
+    ControllerDesign design(stage.second.settings);
+    design.robot = controller.settings.robot;
+    return py::make_tuple(stage.first, PyController(design),
+                          json::write(stage.second.parameters).get<std::string>());
+  };
+  py::list alternatives;
+  for (const NamedStructure& stage : stages.alternatives) alternatives.append(described(stage));
+  return py::make_tuple(stages.gains ? py::object(described(*stages.gains)) : py::none(),
+                        alternatives);
+}
+
+// The suffixes that the checkpoints of a search's stages may have.
+py::tuple stage_suffixes() {
+  const StructureStages stages = stages_of(named_structure(StructureName::taps), false);
+  py::list suffixes;
+  suffixes.append(SearchRunner::suffix(stages.gains->first));
+  for (const NamedStructure& stage : stages.alternatives) {
+    if (!stage.first.empty()) suffixes.append(SearchRunner::suffix(stage.first));
+  }
+  return py::tuple(suffixes);
 }
 
 py::dict search_rival(const std::vector<const Scenario*>& scenarios,
@@ -308,21 +182,21 @@ py::dict search_rival(const std::vector<const Scenario*>& scenarios,
                       const std::vector<double>& fixed, double worst_share,
                       const std::vector<double>& caps, int threads, const py::dict& given) {
   const Request request(given);
+  const BoxRequest box(given);
   rivals::RivalObjective objective(scenarios, rival, {source, fixed}, {worst_share, caps}, threads);
-  return run_search(objective, request, tuning_powers(request.low));
+  SearchRunner runner(request, box.problems());
+  return runner.reply(runner.run("", objective, {box.low, box.high, tuning_powers(box.low)},
+                                 request.search, box.start, 0));
 }
 
 // A controller's cost as a function of its free parameters, for other optimisers.
 class PyObjective {
  public:
-  PyObjective(std::vector<Scenario> scenarios, const PyController& controller,
-              const std::string& parameters, const std::vector<int>& source,
-              const std::vector<double>& fixed, int dimension, double worst_share,
+  PyObjective(std::vector<Scenario> scenarios, const PySpace& space, double worst_share,
               const std::vector<double>& caps, int threads)
       : scenarios_(std::move(scenarios)),
-        dimension_(dimension),
-        objective_(pointers(), structure_of(controller, parameters), {source, fixed}, dimension,
-                   {worst_share, caps}, threads) {}
+        dimension_(space.dimension()),
+        objective_(pointers(), space, {worst_share, caps}, threads) {}
 
   py::array_t<double> costs(const RowPoints& points) {
     if (points.cols() != dimension_) {
@@ -354,7 +228,7 @@ class PyObjective {
   }
 
   std::vector<Scenario> scenarios_;
-  int dimension_;
+  Eigen::Index dimension_;
   TuneObjective objective_;
 };
 
@@ -386,27 +260,6 @@ std::vector<std::tuple<std::string, double, double>> bounds_of(const PyControlle
   return result;
 }
 
-// The controller of a search's x; what is not searched for is fixed.
-PyController design(const PyController& controller, const std::string& parameters,
-                    const std::vector<int>& source, const std::vector<double>& fixed,
-                    const std::vector<double>& x) {
-  const FreeParameters free = {source, fixed};
-  const int size = source.empty() ? 0 : *std::max_element(source.begin(), source.end()) + 1;
-  if (static_cast<int>(x.size()) != size) {
-    throw py::value_error("x has " + std::to_string(x.size()) + " numbers; must have " +
-                          std::to_string(size));
-  }
-  ControllerDesign design = design_of(structure_of(controller, parameters), free.full(x.data()));
-  design.robot = controller.settings.robot;
-  return PyController(design);
-}
-
-// The parameters that a controller has in a structure.
-std::vector<double> parameters(const PyController& controller, const std::string& parameters,
-                               const PyController& design) {
-  return parameters_of(structure_of(controller, parameters).parameters, design.settings);
-}
-
 py::dict defaults_of(const std::string& method) {
   return from_json(write_options(read_options(method, {}))).cast<py::dict>();
 }
@@ -429,23 +282,28 @@ py::dict methods() {
 }  // namespace
 
 void bind_tuning(py::module_& module) {
-  module.attr("START_SHARE") = start_share;
   module.attr("METHODS") = methods();
   module.attr("UNLIMITED") = unlimited_budget;
-  py::list laterals;
-  for (const Lateral lateral : free_tap_laterals) {
-    laterals.append(json::write(lateral).get<std::string>());
-  }
-  module.attr("FREE_TAP_LATERALS") = py::tuple(laterals);
-  py::class_<PyObjective>(
-      module, "CostFunction", py::is_final(),
-      "CostFunction(scenarios, controller, parameters, source, fixed, "
-      "dimension, worst_share, caps, threads)\n--\n\nWhat nfopidn.Objective is made of.")
-      .def(py::init<std::vector<Scenario>, const PyController&, const std::string&,
-                    const std::vector<int>&, const std::vector<double>&, int, double,
-                    const std::vector<double>&, int>(),
-           Computes(), py::arg("scenarios"), py::arg("controller"), py::arg("parameters"),
-           py::arg("source"), py::arg("fixed"), py::arg("dimension"), py::arg("worst_share"),
+  module.attr("STAGE_SUFFIXES") = stage_suffixes();
+  py::class_<PySpace>(module, "ParameterSpace", py::is_final(),
+                      "ParameterSpace(controller, parameters, source, fixed, low, high)\n--\n\n"
+                      "What of a controller is searched for. Parameter i is x[source[i]], or "
+                      "fixed[i] where source[i] is negative.")
+      .def(py::init<const PyController&, const std::string&, const std::vector<int>&,
+                    const std::vector<double>&, Point, Point>(),
+           py::arg("controller"), py::arg("parameters"), py::arg("source"), py::arg("fixed"),
+           py::arg("low"), py::arg("high"))
+      .def("controller", &PySpace::controller, Computes(),
+           "controller(self, x)\n--\n\nThe controller of the free parameters x (p,).", py::arg("x"))
+      .def("parameters_of", &PySpace::parameters_of, Computes(),
+           "parameters_of(self, controller)\n--\n\nThe free parameters (p,) of a controller.",
+           py::arg("controller"));
+  py::class_<PyObjective>(module, "CostFunction", py::is_final(),
+                          "CostFunction(scenarios, space, worst_share, caps, threads)\n--\n\n"
+                          "What nfopidn.Objective is made of.")
+      .def(py::init<std::vector<Scenario>, const PySpace&, double, const std::vector<double>&,
+                    int>(),
+           Computes(), py::arg("scenarios"), py::arg("space"), py::arg("worst_share"),
            py::arg("caps"), py::arg("threads"))
       .def("costs", &PyObjective::costs, Computes(), "costs(self, points)\n--\n\n(n, p) to (n,).",
            py::arg("points"))
@@ -453,9 +311,11 @@ void bind_tuning(py::module_& module) {
            "gradient(self, x)\n--\n\nThe cost at x, and its partial derivatives.", py::arg("x"));
   module.def("search_function", &search_function, Computes(), py::arg("function"),
              py::arg("request"));
-  module.def("search_controller", &search_controller, Computes(), py::arg("scenarios"),
-             py::arg("controller"), py::arg("parameters"), py::arg("source"), py::arg("fixed"),
-             py::arg("worst_share"), py::arg("caps"), py::arg("threads"), py::arg("request"));
+  module.def("plan_stages", &plan_stages, Computes(), py::arg("controller"), py::arg("parameters"),
+             py::arg("either_lateral"), py::arg("has_start"));
+  module.def("run_plan", &run_plan, Computes(), py::arg("scenarios"), py::arg("gains"),
+             py::arg("alternatives"), py::arg("start"), py::arg("worst_share"), py::arg("caps"),
+             py::arg("threads"), py::arg("request"));
   module.def("search_rival", &search_rival, Computes(), py::arg("scenarios"), py::arg("rival"),
              py::arg("source"), py::arg("fixed"), py::arg("worst_share"), py::arg("caps"),
              py::arg("threads"), py::arg("request"));
@@ -471,10 +331,6 @@ void bind_tuning(py::module_& module) {
   module.def("structure", &structure_by_name, Computes(), py::arg("name"));
   module.def("parameter_bounds", &bounds_of, Computes(), py::arg("controller"),
              py::arg("parameters"), py::arg("scenario") = py::none());
-  module.def("design", &design, Computes(), py::arg("controller"), py::arg("parameters"),
-             py::arg("source"), py::arg("fixed"), py::arg("x"));
-  module.def("parameters", &parameters, Computes(), py::arg("controller"), py::arg("parameters"),
-             py::arg("design"));
   module.def("default_options", &defaults_of, Computes(), py::arg("method"));
   module.def("check_options", &check_options_of, Computes(), py::arg("method"), py::arg("options"));
 }

@@ -11,6 +11,7 @@ from math import isfinite
 from typing import Any
 
 import nfopidn
+from nfopidn import _core
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
 from nfopidn.commands.parsing import parse
@@ -31,8 +32,6 @@ from nfopidn.files import (
 from nfopidn.robustness import Verdict, digest, read_verdict, save_with_verdict
 from nfopidn.search.interrupts import EXIT_INTERRUPTED, heeded_signals
 from nfopidn.search.optimise import (
-    FIRST_STAGE,
-    LATERAL_STAGES,
     MESSAGES,
     METHODS,
     seed_of_checkpoints,
@@ -81,11 +80,11 @@ def _options(words: Sequence[str]) -> dict[str, float]:
     return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
 
 
-def _stages(arguments: argparse.Namespace) -> list[str]:
+def _stages(arguments: argparse.Namespace) -> Sequence[str]:
     """Return the suffixes of the checkpoints that the search's stages have besides its own."""
     if not arguments.checkpoint or arguments.structure != "taps":
-        return []
-    return [FIRST_STAGE, *filter(None, LATERAL_STAGES.values())]
+        return ()
+    return _core.STAGE_SUFFIXES
 
 
 def _seed(arguments: argparse.Namespace) -> int:

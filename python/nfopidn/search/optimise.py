@@ -28,10 +28,6 @@ METHODS: tuple[str, ...] = tuple(_core.METHODS)
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
 DEFAULT_EVALUATIONS = _core.METHODS[METHODS[0]]
 UNLIMITED = _core.UNLIMITED
-FIRST_STAGE = ".gains"  # suffix of the checkpoint of a search's first stage
-#: Those of its stages by what the lateral channel is fed; the last has the search's own name.
-LATERAL_STAGES = {name: f".{name}" for name in _core.FREE_TAP_LATERALS[:-1]}
-LATERAL_STAGES[_core.FREE_TAP_LATERALS[-1]] = ""
 MAXIMUM_WORKERS = 1024
 BOUND_WORDS = {-1: "  (at its lower bound)", 0: "", 1: "  (at its upper bound)"}
 MOST_LINES = 40  # of a printed result

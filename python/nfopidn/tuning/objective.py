@@ -129,16 +129,7 @@ def cost_function(
     scenarios: list[Scenario], search: ControllerSearch, mean: Mean, workers: int
 ) -> _core.CostFunction:
     """Make the core's cost function of the free parameters over scenarios."""
-    return _core.CostFunction(
-        scenarios,
-        search.base,
-        search.parameters,
-        search.source,
-        search.fixed,
-        len(search.names),
-        *mean,
-        int(workers),
-    )
+    return _core.CostFunction(scenarios, search.space, *mean, int(workers))
 
 
 def check_share(worst_share: float, workers: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -53,20 +53,6 @@ class Search(ABC):
     def problem(self) -> dict[str, Any]:
         """Describe what is searched for, for a checkpoint."""
 
-    @abstractmethod
-    def run(
-        self, scenarios: list[Scenario], mean: Mean, workers: int, request: Request
-    ) -> dict[str, Any]:
-        """Search, in the core."""
-
-    def free(self, every: Sequence[float]) -> Array:
-        """Give the free ones of all parameters."""
-        x = np.zeros(len(self.names))
-        for value, place in reversed(list(zip(every, self.source, strict=True))):
-            if place >= 0:
-                x[place] = value
-        return x
-
 
 @dataclass
 class ControllerSearch(Search):
@@ -75,9 +61,16 @@ class ControllerSearch(Search):
     base: Controller
     parameters: str
 
+    @property
+    def space(self) -> _core.ParameterSpace:
+        """The core's own description of it."""
+        return _core.ParameterSpace(
+            self.base, self.parameters, self.source, self.fixed, self.low, self.high
+        )
+
     def controller(self, x: Array) -> Controller:
         """Make the controller of a free vector."""
-        return _core.design(self.base, self.parameters, self.source, self.fixed, x.tolist())
+        return self.space.controller(x)
 
     def start(self, controller: Any) -> Array:
         """Give the free parameters that a controller has."""
@@ -93,7 +86,7 @@ class ControllerSearch(Search):
                 raise ValueError(f"start: {error}") from None
         if controller.gains is None and self.parameters != "taps":
             raise ValueError("start has free taps; the structure needs gains and orders")
-        return self.free(_core.parameters(self.base, self.parameters, controller))
+        return self.space.parameters_of(controller)
 
     def problem(self) -> dict[str, Any]:
         """Describe what is searched for, for a checkpoint."""
@@ -104,20 +97,22 @@ class ControllerSearch(Search):
         controller["version"] = 1
         return {"controller": controller, "parameters": self.parameters}
 
-    def run(
-        self, scenarios: list[Scenario], mean: Mean, workers: int, request: Request
-    ) -> dict[str, Any]:
-        """Search, in the core."""
-        return _core.search_controller(
-            scenarios,
-            self.base,
-            self.parameters,
-            self.source,
-            self.fixed,
-            *mean,
-            workers,
-            request,
+    def stages(
+        self, either_lateral: bool, has_start: bool
+    ) -> tuple[dict[str, ControllerSearch], dict[str, ControllerSearch]]:
+        """Give the stages of its search by name: for gains to start from, and the alternatives.
+
+        With `either_lateral` it is also tried what the lateral channel is fed.
+        """
+        gains, alternatives = _core.plan_stages(
+            self.base, self.parameters, either_lateral, has_start
         )
+        own = {name: replace(self, base=base) for name, base, _ in alternatives}
+        if gains is None:
+            return {}, own
+        name, base, parameters = gains
+        box = {name: (low, high) for name, low, high in _core.parameter_bounds(base, parameters)}
+        return {name: ControllerSearch(*_free_box(box, None, None, None), base, parameters)}, own
 
 
 @dataclass
@@ -138,7 +133,12 @@ class RivalSearch(Search):
         """Give the free parameters that a rival has."""
         if not isinstance(controller, Rival) or controller.law != self.base.law:
             raise ValueError(f"start must be a Rival of the law {self.base.law!r}")
-        return self.free(list(controller.parameters.values()))
+        x = np.zeros(len(self.names))
+        every = list(controller.parameters.values())
+        for value, place in reversed(list(zip(every, self.source, strict=True))):
+            if place >= 0:
+                x[place] = value
+        return x
 
     def problem(self) -> dict[str, Any]:
         """Describe what is searched for, for a checkpoint."""

@@ -120,8 +120,7 @@ TEST(Interruption, EndsCostsAndGradients) {
   for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::exact}) {
     const Scenario scenario = endless(10000, integrator);
     for (const int threads : {1, 2, 3}) {
-      TuneObjective objective({&scenario, &scenario}, ParameterSpace::whole(structure), 1,
-                              threads);
+      TuneObjective objective({&scenario, &scenario}, ParameterSpace::whole(structure), 1, threads);
       rivals::RivalObjective rival({&scenario}, {}, FreeParameters::all(gains.size()), 1, threads);
       {
         const Interruption interruption(at_once);

@@ -198,8 +198,7 @@ TEST(TuneObjective, GivesALongMemorysGradientInPieces) {
   }
   EXPECT_EQ(pieces, whole);
   structure.settings.memory = batch_capacity - 2;  // still one of lanes
-  EXPECT_EQ(TuneObjective({&scenario}, ParameterSpace::whole(structure), 1, 2)
-                .partials_at_once(),
+  EXPECT_EQ(TuneObjective({&scenario}, ParameterSpace::whole(structure), 1, 2).partials_at_once(),
             size);
 }
 
@@ -221,8 +220,8 @@ TEST(RunTuning, StopsWhenAsked) {
   EXPECT_GT(before, 3900);
   for (const int last : {2, whole / 2, whole - 2}) {
     int calls = 0;
-    const TuningResult found =
-        run_tuning(plan, [&](auto...) { ++calls; }, [&] { return calls >= last; });
+    const TuningResult found = run_tuning(
+        plan, [&](auto...) { ++calls; }, [&] { return calls >= last; });
     EXPECT_GE(calls, last);
     EXPECT_LE(calls, last + 1);  // the step that the interruption ends is told too
     EXPECT_EQ(found.reason, StopReason::callback);

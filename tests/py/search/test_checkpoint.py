@@ -313,8 +313,8 @@ def test_ctrl_c_while_a_search_is_repeated_keeps_the_checkpoint(path, monkeypatc
 
     long_tuning(maxtime=1.0, checkpoint=path)
     text = path.read_text()
-    core = _core.search_controller
-    monkeypatch.setattr(_core, "search_controller", soon)
+    core = _core.run_plan
+    monkeypatch.setattr(_core, "run_plan", soon)
     before = signal.signal(signal.SIGALRM, ctrl_c)
     try:
         result = long_tuning(checkpoint=path)

@@ -30,8 +30,8 @@ struct TuningPlan {
   FamilyCost family = 1;
   SearchSettings search;
   int threads = 1;
-  Point start;                        // known to be good, for all alternatives; may be empty
-  std::optional<PlannedStage> gains;  // gains and orders, whose taps are a start for free taps
+  Point start;                             // known to be good, for all alternatives; may be empty
+  std::optional<PlannedStage> gains;       // gains and orders, whose taps are a start for free taps
   std::vector<PlannedStage> alternatives;  // at least one; the best of their results is the answer
 };
 
@@ -58,8 +58,7 @@ inline StructureStages stages_of(const Structure& structure, bool has_start) {
     Structure one = structure;
     one.either_lateral = false;
     one.settings.lateral = lateral;
-    const std::string name =
-        ChoiceNames<Lateral>::names[static_cast<std::size_t>(lateral)];
+    const std::string name = ChoiceNames<Lateral>::names[static_cast<std::size_t>(lateral)];
     const bool is_last = lateral == *(std::end(free_tap_laterals) - 1);
     stages.alternatives.emplace_back(is_last ? "" : name, one);
   }
