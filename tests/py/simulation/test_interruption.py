@@ -99,24 +99,6 @@ def test_a_time_that_is_over_before_the_first_cost_is_said(method, structure, tm
         )
 
 
-def test_a_later_stage_that_knows_no_cost_leaves_the_result_of_the_first(monkeypatch):
-    """The second stage's scenario is one that takes hours."""
-    searches = []
-    core = _core.search_controller
-
-    def second_endless(scenarios, *arguments):
-        searches.append(arguments)
-        return core(scenarios if len(searches) == 1 else [endless()], *arguments)
-
-    monkeypatch.setattr(_core, "search_controller", second_endless)
-    structure = {"allocation": "decoupled", "parameters": "taps"}
-    result = nominal.tune(structure=structure, rng=1, maxfev=1000, maxtime=1.0)
-    assert len(searches) == 2
-    assert result.message == "The time is up."
-    assert result.nfev == 300
-    assert np.isfinite(result.fun)
-
-
 def test_a_context_that_ends_the_work_of_a_thread():
     event = threading.Event()
     raised = []
