@@ -1,4 +1,5 @@
 // Chooses the unit for this processor. Compiled for the plain architecture.
+#include "nfopidn/rivals/rival_job.hpp"
 #include "nfopidn/tuning/batch.hpp"
 
 namespace nfopidn {
@@ -8,11 +9,19 @@ void run_batch_sse2(const BatchJob& job);
 void run_batch_avx2(const BatchJob& job);
 void run_batch_avx512(const BatchJob& job);
 void run_gradient_sse2(const GradientJob& job);
+void run_rivals_sse2(const RivalJob& job);
+void run_rival_gradient_sse2(const RivalGradientJob& job);
 void run_gradient_avx2(const GradientJob& job);
+void run_rivals_avx2(const RivalJob& job);
+void run_rival_gradient_avx2(const RivalGradientJob& job);
 void run_gradient_avx512(const GradientJob& job);
+void run_rivals_avx512(const RivalJob& job);
+void run_rival_gradient_avx512(const RivalGradientJob& job);
 #else
 void run_batch_generic(const BatchJob& job);
 void run_gradient_generic(const GradientJob& job);
+void run_rivals_generic(const RivalJob& job);
+void run_rival_gradient_generic(const RivalGradientJob& job);
 #endif
 
 BatchKernels batch_kernels(InstructionSet set) noexcept {
@@ -24,17 +33,19 @@ BatchKernels batch_kernels(InstructionSet set) noexcept {
           !__builtin_cpu_supports("avx512vl")) {
         break;
       }
-      return {run_batch_avx512, run_gradient_avx512};
+      return {run_batch_avx512, run_gradient_avx512, run_rivals_avx512, run_rival_gradient_avx512};
     case InstructionSet::avx2:
       if (!__builtin_cpu_supports("avx2")) break;
-      return {run_batch_avx2, run_gradient_avx2};
+      return {run_batch_avx2, run_gradient_avx2, run_rivals_avx2, run_rival_gradient_avx2};
     case InstructionSet::sse2:
-      return {run_batch_sse2, run_gradient_sse2};
+      return {run_batch_sse2, run_gradient_sse2, run_rivals_sse2, run_rival_gradient_sse2};
     case InstructionSet::generic:
       break;
   }
 #else
-  if (set == InstructionSet::generic) return {run_batch_generic, run_gradient_generic};
+  if (set == InstructionSet::generic)
+    return {run_batch_generic, run_gradient_generic, run_rivals_generic,
+            run_rival_gradient_generic};
 #endif
   return {};
 }

@@ -1,11 +1,16 @@
 // For every processor without units of its own: two numbers a vector, which the compiler turns into
 // NEON on aarch64, SIMD on WebAssembly, and into single numbers where there are no vectors.
 #include "kernel.hpp"
+#include "rivals_kernel.hpp"
 
 namespace nfopidn {
 
 void run_batch_generic(const BatchJob& job) { run_batch<2, 4>(job); }
 
 void run_gradient_generic(const GradientJob& job) { run_gradient<2, 6>(job); }
+
+void run_rivals_generic(const RivalJob& job) { run_rival_batch<2>(job); }
+
+void run_rival_gradient_generic(const RivalGradientJob& job) { run_rival_gradient<2>(job); }
 
 }  // namespace nfopidn

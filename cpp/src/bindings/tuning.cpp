@@ -183,7 +183,8 @@ py::dict search_rival(const std::vector<const Scenario*>& scenarios,
                       const std::vector<double>& caps, int threads, const py::dict& given) {
   const Request request(given);
   const BoxRequest box(given);
-  rivals::RivalObjective objective(scenarios, rival, {source, fixed}, {worst_share, caps}, threads);
+  rivals::RivalObjective objective(scenarios, rival, {source, fixed},
+                                   static_cast<int>(box.low.size()), {worst_share, caps}, threads);
   SearchRunner runner(request, box.problems());
   return runner.reply(runner.run("", objective, {box.low, box.high, tuning_powers(box.low)},
                                  request.search, box.start, 0));

@@ -199,7 +199,7 @@ TEST(Lqr, SolvesTheRiccatiEquation) {
     const Eigen::Matrix2d q =
         Eigen::Vector2d(draws.between(0.1, 100), draws.between(0, 9)).asDiagonal();
     const double r = draws.between(0.1, 10);
-    const Eigen::Matrix2d p = riccati(a, b, q, r);
+    const Eigen::Matrix2d p = riccati<double>(a, b, q, r);
     const Eigen::Vector2d reply = a.transpose() * p * b;
     const Eigen::Matrix2d rest =
         a.transpose() * p * a - p + q - reply * reply.transpose() / (r + b.dot(p * b));
@@ -213,25 +213,25 @@ TEST(Lqr, SolvesTheRiccatiEquation) {
 }
 
 TEST(Lqr, TurnsItsLateralGainRoundInReverse) {
-  const Lqr<double> law(LqrTolerances{}, model);
+  const Lqr<double> law(LqrTolerances<double>{}, model);
   for (const double v : {0.003, 0.1, 0.123, 0.3349}) {
     EXPECT_GT(law.gains(v).k_y, 0);
     EXPECT_EQ(law.gains(-v).k_y, -law.gains(v).k_y);
     EXPECT_EQ(law.gains(-v).k_theta, law.gains(v).k_theta);
   }
-  const LqrGains exact = lqr_gains(LqrTolerances{}, 0.12, model.dt);
+  const LqrGains<double> exact = lqr_gains(LqrTolerances<double>{}, 0.12, model.dt);
   EXPECT_NEAR(law.gains(0.12).k_y, exact.k_y, 1e-9 * exact.k_y);
   // Beyond the table its last value stands.
   EXPECT_EQ(law.gains(5).k_y, law.gains(50).k_y);
 }
 
 TEST(Lqr, FeedsItsGainsBackOnTheReferencesVelocities) {
-  const Lqr<double> law(LqrTolerances{}, model);
+  const Lqr<double> law(LqrTolerances<double>{}, model);
   for (const double v : {-0.2, 0.1, 0.3}) {
     const ReferenceSample<double> reference = {0, 0, 0, v, 0.4, 0, 0, v < 0};
     const Channels<double> error = {0.01, -0.02, 0.03};
     const Velocity<double> command = law.command({error, {0, 0}, reference, {0, 0}});
-    const LqrGains k = law.gains(v);
+    const LqrGains<double> k = law.gains(v);
     EXPECT_NEAR(command.v, v + k.k_x * 0.01, 1e-15);
     EXPECT_NEAR(command.omega, 0.4 - k.k_y * 0.02 + k.k_theta * 0.03, 1e-15);
   }
@@ -240,7 +240,7 @@ TEST(Lqr, FeedsItsGainsBackOnTheReferencesVelocities) {
 TEST(Rival, LimitsTheTotalTorqueAndTellsTheUnlimitedPart) {
   VelocityLoop<Samson<double>>::Settings settings;
   settings.k_v = 10;
-  Rival<VelocityLoop<Samson<double>>> rival(settings, model, 1.5, Speeds::measured);
+  Rival<VelocityLoop<Samson<double>>> rival({settings, model}, model, 1.5, Speeds::measured);
   const ReferenceSample<double> reference = {1, 0, 0, 0.3, 0, 0.2, 0.1, false};
   const TorquePair<double> torque = rival.step({0, 0, 0, 0, 0}, reference);
   const double force = 10 * (0.3 + settings.k_x) * model.robot.mass * model.robot.wheel_radius;
@@ -252,7 +252,7 @@ TEST(Rival, LimitsTheTotalTorqueAndTellsTheUnlimitedPart) {
 }
 
 TEST(Rival, ResetForgetsTheLastPose) {
-  Rival<VelocityLoop<Samson<double>>> rival({}, model, 100, Speeds::differenced);
+  Rival<VelocityLoop<Samson<double>>> rival({{}, model}, model, 100, Speeds::differenced);
   const ReferenceSample<double> reference = {1, 0, 0, 0.3, 0, 0, 0, false};
   const TorquePair<double> first = rival.step({0, 0, 0, 0, 0}, reference);
   const TorquePair<double> second = rival.step({0.1, 0, 0, 0, 0}, reference);
@@ -292,8 +292,10 @@ TEST(RivalObjective, IsTheCostOfTheRunOnAnyNumberOfThreads) {
   }
   std::vector<double> alone(7), together(7);
   const FreeParameters all = FreeParameters::all(bounds.size());
-  RivalObjective({&first, &second}, design, all, 1, 1).costs(points, alone.data());
-  RivalObjective({&first, &second}, design, all, 1, 3).costs(points, together.data());
+  RivalObjective({&first, &second}, design, all, static_cast<int>(size), 1, 1)
+      .costs(points, alone.data());
+  RivalObjective({&first, &second}, design, all, static_cast<int>(size), 1, 3)
+      .costs(points, together.data());
   EXPECT_EQ(alone, together);
   design.parameters.assign(points.col(3).data(), points.col(3).data() + size);
   const double mean =
@@ -303,10 +305,10 @@ TEST(RivalObjective, IsTheCostOfTheRunOnAnyNumberOfThreads) {
 
 // Fast references have a coarser table, up to their peak all the same.
 TEST(LqrGains, ReachThePeakSpeed) {
-  const LqrTolerances tolerances;
+  const LqrTolerances<double> tolerances;
   for (const double peak : {0.335, 9.99, 40.0, 1e3, 1e9}) {
     const Lqr<double> law(tolerances, {Robot<double>::eddie(), 0.2, peak});
-    const LqrGains exact = lqr_gains(tolerances, peak, 0.2);
+    const LqrGains<double> exact = lqr_gains(tolerances, peak, 0.2);
     EXPECT_NEAR(law.gains(peak).k_y, exact.k_y, 1e-3 * exact.k_y) << peak;
     EXPECT_NEAR(law.gains(-peak).k_y, -exact.k_y, 1e-3 * exact.k_y) << peak;
     EXPECT_EQ(law.gains(2 * peak).k_x, law.gains(3 * peak).k_x) << peak;

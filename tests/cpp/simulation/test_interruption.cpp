@@ -121,7 +121,8 @@ TEST(Interruption, EndsCostsAndGradients) {
     const Scenario scenario = endless(10000, integrator);
     for (const int threads : {1, 2, 3}) {
       TuneObjective objective({&scenario, &scenario}, ParameterSpace::whole(structure), 1, threads);
-      rivals::RivalObjective rival({&scenario}, {}, FreeParameters::all(gains.size()), 1, threads);
+      rivals::RivalObjective rival({&scenario}, {}, FreeParameters::all(gains.size()),
+                                   static_cast<int>(gains.size()), 1, threads);
       {
         const Interruption interruption(at_once);
         objective.costs(points, answers.data());

@@ -38,6 +38,7 @@ struct Dual {
   NFOPIDN_INLINE friend constexpr Dual operator-(Base a, const Dual& b) {
     return {a - b.value, b.slope * Base(-1)};
   }
+  NFOPIDN_INLINE friend constexpr Dual operator-(const Dual& a) { return a * Base(-1); }
   NFOPIDN_INLINE friend constexpr Dual operator*(const Dual& a, const Dual& b) {
     return {a.value * b.value, a.slope * b.value + a.value * b.slope};
   }

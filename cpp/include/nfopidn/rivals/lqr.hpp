@@ -9,24 +9,36 @@
 #include <cmath>
 #include <vector>
 
-#include "nfopidn/rivals/velocity_loop.hpp"
+#include "nfopidn/math/dual.hpp"
+#include "nfopidn/rivals/lqr_schedule.hpp"
+
+// Matrices of dual numbers: the regulator's gains and how they change with its weights.
+template <>
+struct Eigen::NumTraits<nfopidn::Dual<double>> : Eigen::GenericNumTraits<nfopidn::Dual<double>> {
+  using Real = nfopidn::Dual<double>;
+  using NonInteger = nfopidn::Dual<double>;
+  using Nested = nfopidn::Dual<double>;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 0,
+    ReadCost = 1,
+    AddCost = 2,
+    MulCost = 4
+  };
+};
 
 namespace nfopidn::rivals {
 
-// The gains at one reference speed; by the symmetry of left and right those left out are zero.
-struct LqrGains {
-  double k_x = 0;      // on v [1/s]
-  double k_y = 0;      // on omega [rad/(m s)]
-  double k_theta = 0;  // on omega [1/s]
-};
-
+template <class Number>
 struct LqrTolerances {
   static constexpr double tuned_k_v = 1.1203;  // of its VelocityLoop
   static constexpr double tuned_k_omega = 0.978953;
-  double tolerance_x = 0.74315;
-  double tolerance_y = 0.0327935;
-  double tolerance_theta = 0.00835938;
-  double tolerance_omega = 100;
+  Number tolerance_x = Number(0.74315);
+  Number tolerance_y = Number(0.0327935);
+  Number tolerance_theta = Number(0.00835938);
+  Number tolerance_omega = Number(100.0);
 
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
@@ -40,21 +52,39 @@ struct LqrTolerances {
   }
 };
 
+inline double square_root(double value) { return std::sqrt(value); }
+inline Dual<double> square_root(const Dual<double>& value) {
+  const double root = std::sqrt(value.value);
+  return {root, value.slope / (2 * root)};
+}
+
+template <class Number>
+using Square = Eigen::Matrix<Number, 2, 2>;
+
+// The norm of a matrix's values.
+template <class Number>
+double norm(const Square<Number>& matrix) {
+  Eigen::Matrix2d values;
+  for (Eigen::Index i = 0; i < 4; ++i) values(i) = math<Number>::value(matrix(i));
+  return values.norm();
+}
+
 // Solves the discrete algebraic Riccati equation of two states and one input by doubling: E. K.-W.
 // Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, Int. J. Control 77(8), 2004.
-inline Eigen::Matrix2d riccati(Eigen::Matrix2d a, const Eigen::Vector2d& b,
-                               const Eigen::Matrix2d& q, double r) {
-  Eigen::Matrix2d g = b * b.transpose() / r;
-  Eigen::Matrix2d h = q;
+template <class Number>
+Square<Number> riccati(Square<Number> a, const Eigen::Matrix<Number, 2, 1>& b,
+                       const Square<Number>& q, const Number& r) {
+  Square<Number> g = b * b.transpose() / r;
+  Square<Number> h = q;
   constexpr int most = 60;  // a doubling each: convergence is quadratic
   for (int i = 0; i < most; ++i) {
-    const Eigen::Matrix2d w = (Eigen::Matrix2d::Identity() + g * h).inverse();
-    const Eigen::Matrix2d wa = w * a;
-    const Eigen::Matrix2d change = a.transpose() * h * wa;
+    const Square<Number> w = (Square<Number>::Identity() + g * h).inverse();
+    const Square<Number> wa = w * a;
+    const Square<Number> change = a.transpose() * h * wa;
     g += a * w * g * a.transpose();
     a = a * wa;
     h += change;
-    if (change.norm() <= 1e-15 * h.norm()) break;
+    if (norm<Number>(change) <= 1e-15 * norm<Number>(h)) break;
   }
   return h;
 }
@@ -62,65 +92,68 @@ inline Eigen::Matrix2d riccati(Eigen::Matrix2d a, const Eigen::Vector2d& b,
 // Errors that stand still but for omega_c and v_r's part in e_y: A = [0 0 0; 0 0 v; 0 0 0],
 // B = [1 0; 0 0; 0 1], sampled exactly. Near v = 0 the lateral error is out of reach: a creeping
 // speed stands in.
-inline LqrGains lqr_gains(const LqrTolerances& tolerance, double v, double dt) {
+template <class Number>
+LqrGains<Number> lqr_gains(const LqrTolerances<Number>& tolerance, double v, double dt) {
+  using Column = Eigen::Matrix<Number, 2, 1>;
   constexpr double creeping = 1e-4;
   const double speed = std::fabs(v) < creeping ? creeping : v;
-  const auto weight = [](double value) { return 1 / (value * value); };
-  const double q_x = weight(tolerance.tolerance_x);
-  const double p = q_x / 2 + std::sqrt(q_x * q_x / 4 + q_x / (dt * dt));
-  Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
-  a(0, 1) = speed * dt;
-  const Eigen::Vector2d b(speed * dt * dt / 2, dt);
-  const Eigen::Matrix2d q =
-      Eigen::Vector2d(weight(tolerance.tolerance_y), weight(tolerance.tolerance_theta))
-          .asDiagonal();
-  const double r = weight(tolerance.tolerance_omega);
-  const Eigen::Matrix2d cost = riccati(a, b, q, r);
-  const Eigen::RowVector2d k = b.transpose() * cost * a / (r + b.dot(cost * b));
-  return {dt * p / (1 + dt * dt * p), k(0), k(1)};
+  const auto weight = [](const Number& value) { return Number(1.0) / (value * value); };
+  const Number q_x = weight(tolerance.tolerance_x);
+  const Number p = q_x / 2.0 + square_root(q_x * q_x / 4.0 + q_x / (dt * dt));
+  Square<Number> a = Square<Number>::Identity();
+  a(0, 1) = Number(speed * dt);
+  const Column b(Number(speed * dt * dt / 2), Number(dt));
+  const Square<Number> q =
+      Column(weight(tolerance.tolerance_y), weight(tolerance.tolerance_theta)).asDiagonal();
+  const Number r = weight(tolerance.tolerance_omega);
+  const Square<Number> cost = riccati<Number>(a, b, q, r);
+  const Eigen::Matrix<Number, 1, 2> k = b.transpose() * cost * a / (r + b.dot(cost * b));
+  return {dt * p / (1.0 + dt * dt * p), k(0), k(1)};
+}
+
+// The table of a schedule up to the reference's peak speed.
+inline double lqr_spacing(double peak_speed) {
+  constexpr double finest = 0.01;  // [m/s]
+  constexpr int longest = 1000;    // table
+  return std::max(finest, peak_speed / (longest - 1));
+}
+inline int lqr_table_size(double peak_speed) {
+  return static_cast<int>(std::ceil(peak_speed / lqr_spacing(peak_speed))) + 2;
+}
+template <class Number>
+std::vector<LqrGains<Number>> lqr_table(const LqrTolerances<Number>& tolerance, double peak_speed,
+                                        double dt) {
+  std::vector<LqrGains<Number>> table;
+  const int size = lqr_table_size(peak_speed);
+  for (int i = 0; i < size; ++i) {
+    table.push_back(lqr_gains(tolerance, i * lqr_spacing(peak_speed), dt));
+  }
+  return table;
 }
 
 template <class Number>
 class Lqr {
  public:
   using Scalar = Number;
-  using Settings = LqrTolerances;
+  using Settings = LqrTolerances<Number>;
   static constexpr const char* name = "lqr";
-  static constexpr double finest = 0.01;  // spacing of the table [m/s]
-  static constexpr int longest = 1000;    // table
 
-  Lqr(const Settings& settings, const Model<Scalar>& model) {
-    const double peak = static_cast<double>(model.peak_speed);
-    spacing_ = std::max(finest, peak / (longest - 1));
-    const int count = static_cast<int>(std::ceil(peak / spacing_)) + 1;
-    for (int i = 0; i <= count; ++i) {
-      table_.push_back(lqr_gains(settings, i * spacing_, static_cast<double>(model.dt)));
-    }
-  }
+  Lqr(const Settings& settings, const Model<double>& model)
+      : table_(lqr_table(settings, model.peak_speed, model.dt)),
+        spacing_(lqr_spacing(model.peak_speed)) {}
 
-  // Between two speeds of the table in proportion; for one in reverse the lateral gain turns round.
-  LqrGains gains(double v) const noexcept {
-    const double place = std::fabs(v) / spacing_;
-    const auto last = table_.size() - 2;
-    const std::size_t below =
-        place < static_cast<double>(last) ? static_cast<std::size_t>(place) : last;
-    const double share = std::min(place - static_cast<double>(below), 1.0);
-    const LqrGains& low = table_[below];
-    const LqrGains& high = table_[below + 1];
-    const double k_y = low.k_y + share * (high.k_y - low.k_y);
-    return {low.k_x, v < 0 ? -k_y : k_y, low.k_theta + share * (high.k_theta - low.k_theta)};
-  }
-
+  LqrGains<Number> gains(double v) const noexcept { return schedule().gains(v); }
   Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
-    const ReferenceSample<Scalar>& r = view.reference;
-    const LqrGains k = gains(static_cast<double>(r.v));
-    return {r.v + Scalar(k.k_x) * view.error.x,
-            r.omega + Scalar(k.k_y) * view.error.y + Scalar(k.k_theta) * view.error.theta};
+    return schedule().command(view);
   }
 
  private:
-  double spacing_ = finest;
-  std::vector<LqrGains> table_;
+  LqrSchedule<Number> schedule() const {
+    return {table_.data(), static_cast<int>(table_.size()), spacing_};
+  }
+
+  std::vector<LqrGains<Number>> table_;
+  double spacing_;
 };
 
 }  // namespace nfopidn::rivals

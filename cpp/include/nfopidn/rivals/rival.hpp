@@ -14,11 +14,11 @@ enum class Speeds : unsigned char {
 };
 
 // What a law is built for. Its torques come from this model of the robot, not from the true one.
-template <class Scalar>
+template <class Base>
 struct Model {
-  Robot<Scalar> robot;
-  Scalar dt;          // [s]
-  Scalar peak_speed;  // the reference's largest |v| [m/s]
+  Robot<Base> robot;
+  Base dt;          // [s]
+  Base peak_speed;  // the reference's largest |v| [m/s]
 };
 
 template <class Scalar>
@@ -32,13 +32,13 @@ template <class Scalar>
 struct View {
   Channels<Scalar> error;  // reference minus measured, in the robot's frame
   Velocity<Scalar> speed;  // the robot's
-  const ReferenceSample<Scalar>& reference;
-  Accelerations<Scalar> acceleration;  // the reference's, as its torques tell; else zero
+  const ReferenceSample<base_t<Scalar>>& reference;
+  Accelerations<base_t<Scalar>> acceleration;  // the reference's, as its torques tell; else zero
 };
 
 // How fast the errors in the robot's frame change: the kinematics of tracking.
 template <class Scalar>
-constexpr Channels<Scalar> error_rates(const View<Scalar>& view) {
+NFOPIDN_INLINE constexpr Channels<Scalar> error_rates(const View<Scalar>& view) {
   const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
   const auto& [v, omega] = view.speed;
   return {omega * view.error.y - v + view.reference.v * misalignment.cosine,
@@ -50,7 +50,9 @@ constexpr Channels<Scalar> error_rates(const View<Scalar>& view) {
 template <class Scalar>
 class SpeedEstimate {
  public:
-  explicit constexpr SpeedEstimate(Scalar dt) : rate_(Scalar(1) / dt) {}
+  using Base = base_t<Scalar>;
+
+  explicit constexpr SpeedEstimate(Base dt) : rate_(Base(1) / dt) {}
 
   constexpr void reset() noexcept { first_ = true; }
 
@@ -58,9 +60,9 @@ class SpeedEstimate {
   constexpr Velocity<Scalar> next(const Measurement<Scalar>& now) noexcept {
     using M = math<Scalar>;
     const Scalar turn = M::wrap(now.theta - last_.theta);
-    const Heading<Scalar> mean = M::heading(last_.theta + turn * Scalar(0.5));
+    const Heading<Scalar> mean = M::heading(last_.theta + turn * Base(0.5));
     const Scalar way = (now.x - last_.x) * mean.cosine + (now.y - last_.y) * mean.sine;
-    const Velocity<Scalar> speed = first_ ? Velocity<Scalar>{Scalar(0), Scalar(0)}
+    const Velocity<Scalar> speed = first_ ? Velocity<Scalar>{Scalar(Base(0)), Scalar(Base(0))}
                                           : Velocity<Scalar>{way * rate_, turn * rate_};
     last_ = now;
     first_ = false;
@@ -68,52 +70,78 @@ class SpeedEstimate {
   }
 
  private:
-  Scalar rate_;
-  Measurement<Scalar> last_ = {};
+  Base rate_;
+  Measurement<Scalar> last_ = {Scalar(Base(0)), Scalar(Base(0)), Scalar(Base(0)), Scalar(Base(0)),
+                               Scalar(Base(0))};
   bool first_ = true;
+};
+
+// Integral action beside a law: it adds the sum of the accelerations that the law has asked for,
+// each times a gain [1/s] and the sample time. On a loop of velocities that makes PI of P. The sums
+// stay within what the torque limit can give, so that they do not wind up.
+template <class Number>
+struct IntegralGains {
+  Number k_i_v = Number(0.0);
+  Number k_i_omega = Number(0.0);
+
+  template <class Visitor>
+  static constexpr void fields(Visitor&& visit) {
+    visit(field("k_i_v", &IntegralGains::k_i_v, "1/s", between(0, 5),
+                "of the integral of the acceleration along"));
+    visit(field("k_i_omega", &IntegralGains::k_i_omega, "1/s", between(0, 5),
+                "of the integral of the turning acceleration"));
+  }
 };
 
 // A Law has Settings with fields() (see schema.hpp; the ranges are those of a search, the defaults
 // what `nfopidn tune --structure NAME --seed 1` finds for the published scenario), a name, a
 // Law(settings, model), reset(), and feedback(View), the accelerations that it asks for beyond the
 // reference's. step() runs in constant time; it neither allocates nor throws.
-template <class Law>
+template <class Law, bool with_integral = false>
 class Rival {
  public:
   using Scalar = typename Law::Scalar;
-  using Base = Scalar;
+  using Base = base_t<Scalar>;
 
-  Rival(const typename Law::Settings& settings, const Model<Scalar>& model, Scalar torque_limit,
-        Speeds speeds)
-      : law_(settings, model),
+  Rival(const Law& law, const Model<Base>& model, Base torque_limit, Speeds speeds,
+        const IntegralGains<Scalar>& integral = {})
+      : law_(law),
         robot_(model.robot),
         dynamics_(model.robot),
         estimate_(model.dt),
         limit_(torque_limit),
-        speeds_(speeds) {}
+        speeds_(speeds),
+        rate_{integral.k_i_v * model.dt, integral.k_i_omega * model.dt},
+        most_{Base(2) * torque_limit * dynamics_.drive, Base(2) * torque_limit * dynamics_.steer} {}
 
   constexpr void reset() noexcept {
     law_.reset();
     estimate_.reset();
-    feedback_ = {Scalar(0), Scalar(0)};
+    feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
+    sum_ = {Scalar(Base(0)), Scalar(Base(0))};
   }
 
   // The limited total torque. Call once a sample.
-  constexpr TorquePair<Scalar> step(const Measurement<Scalar>& measured,
-                                    const ReferenceSample<Scalar>& reference) noexcept {
+  NFOPIDN_INLINE constexpr TorquePair<Scalar> step(
+      const Measurement<Scalar>& measured, const ReferenceSample<Base>& reference) noexcept {
     using M = math<Scalar>;
     const Velocity<Scalar> speed = speeds_ == Speeds::measured
                                        ? Velocity<Scalar>{measured.v, measured.omega}
                                        : estimate_.next(measured);
-    const TorquePair<Scalar> own = {reference.tau_left, reference.tau_right};
-    const Disturbance<Scalar> calm = {Scalar(0), Scalar(0)};
-    const Accelerations<Scalar> wanted = law_.feedback(
+    const TorquePair<Base> own = {reference.tau_left, reference.tau_right};
+    const Disturbance<Base> calm = {Base(0), Base(0)};
+    Accelerations<Scalar> wanted = law_.feedback(
         {rotate_into_robot(world_errors(measured, reference), M::heading(measured.theta)),
          speed,
          reference,
          {dynamics_.linear(own, calm), dynamics_.angular(own, calm)}});
+    if constexpr (with_integral) {
+      sum_ = {within(sum_.linear + wanted.linear * rate_.linear, most_.linear),
+              within(sum_.angular + wanted.angular * rate_.angular, most_.angular)};
+      wanted = {wanted.linear + sum_.linear, wanted.angular + sum_.angular};
+    }
     feedback_ = inverse_dynamics(robot_, wanted.linear, wanted.angular);
-    return {limited(feedback_.left + own.left), limited(feedback_.right + own.right)};
+    return {within(feedback_.left + own.left, limit_), within(feedback_.right + own.right, limit_)};
   }
 
   // The unlimited feedback part of the last step's torque.
@@ -121,17 +149,20 @@ class Rival {
   constexpr const Law& law() const noexcept { return law_; }
 
  private:
-  constexpr Scalar limited(Scalar torque) const {
-    return math<Scalar>::maximum(math<Scalar>::minimum(torque, limit_), -limit_);
+  NFOPIDN_INLINE static constexpr Scalar within(const Scalar& value, Base limit) {
+    return math<Scalar>::maximum(math<Scalar>::minimum(value, Scalar(limit)), Scalar(-limit));
   }
 
   Law law_;
-  Robot<Scalar> robot_;
-  Acceleration<Scalar> dynamics_;
+  Robot<Base> robot_;
+  Acceleration<Base> dynamics_;
   SpeedEstimate<Scalar> estimate_;
-  Scalar limit_;
+  Base limit_;
   Speeds speeds_;
-  TorquePair<Scalar> feedback_ = {Scalar(0), Scalar(0)};
+  Accelerations<Scalar> rate_;
+  Accelerations<Base> most_;
+  Accelerations<Scalar> sum_ = {Scalar(Base(0)), Scalar(Base(0))};
+  TorquePair<Scalar> feedback_ = {Scalar(Base(0)), Scalar(Base(0))};
 };
 
 }  // namespace nfopidn::rivals

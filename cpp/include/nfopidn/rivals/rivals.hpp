@@ -50,44 +50,54 @@ inline std::vector<std::string> law_names() {
 
 struct RivalDesign {
   std::size_t law = 0;             // its place in Laws
-  std::vector<double> parameters;  // in the order of the law's fields
+  std::vector<double> parameters;  // in the order of for_each_parameter()
   Speeds speeds = Speeds::measured;
-  Robot<double> robot;  // the model behind the torques
+  bool integral = false;  // its gains follow those of the law
+  Robot<double> robot;    // the model behind the torques
 
   template <class Visitor>
   static constexpr void fields(Visitor&& visit) {
     visit(field("speeds", &RivalDesign::speeds, "", any_number(),
                 "where v and omega come from: the measurement, or the last two poses"));
+    visit(field("integral", &RivalDesign::integral, "", any_number(),
+                "whether the accelerations that the law asks for are also summed up"));
   }
 };
 
-// The parameters of a law as its settings.
-template <class Settings>
-Settings settings_from(const std::vector<double>& parameters) {
-  Settings settings;
-  std::size_t place = 0;
-  Settings::fields([&](const auto& field) { settings.*field.member = parameters[place++]; });
-  return settings;
+// Calls visit(field) for each parameter of a law, and of its integral action.
+template <class Visit>
+void for_each_parameter(std::size_t law, bool integral, const Visit& visit) {
+  with_law(law, [&](auto* own) { std::remove_pointer_t<decltype(own)>::Settings::fields(visit); });
+  if (integral) IntegralGains<double>::fields(visit);
 }
 
-// The law's own settings, as parameters.
-inline std::vector<double> default_parameters(std::size_t law) {
-  return with_law(law, [](auto* own) {
+// Fills settings with the next parameters, and gives what follows those.
+template <class Settings, class Number>
+const Number* take_parameters(const Number* parameters, Settings& settings) {
+  Settings::fields([&](const auto& field) { settings.*field.member = *parameters++; });
+  return parameters;
+}
+
+// The law's own settings, as parameters; without integral action where it may have some.
+inline std::vector<double> default_parameters(std::size_t law, bool integral = false) {
+  return with_law(law, [&](auto* own) {
     typename std::remove_pointer_t<decltype(own)>::Settings settings;
     std::vector<double> parameters;
     decltype(settings)::fields([&](const auto& f) { parameters.push_back(settings.*f.member); });
+    if (integral) {
+      IntegralGains<double>::fields(
+          [&](const auto& f) { parameters.push_back(IntegralGains<double>().*f.member); });
+    }
     return parameters;
   });
 }
 
-inline std::vector<ParameterBounds> law_bounds(std::size_t law) {
-  return with_law(law, [](auto* own) {
-    std::vector<ParameterBounds> bounds;
-    std::remove_pointer_t<decltype(own)>::Settings::fields([&](const auto& f) {
-      bounds.push_back({f.name, f.range.low, f.range.high});
-    });
-    return bounds;
+inline std::vector<ParameterBounds> law_bounds(std::size_t law, bool integral = false) {
+  std::vector<ParameterBounds> bounds;
+  for_each_parameter(law, integral, [&](const auto& f) {
+    bounds.push_back({f.name, f.range.low, f.range.high});
   });
+  return bounds;
 }
 
 // A rival whose law is chosen at run time: the closed loop is compiled once for all of them.
@@ -100,7 +110,7 @@ class AnyRival {
   virtual TorquePair<double> feedback() const = 0;
 };
 
-template <class Law>
+template <class Law, bool with_integral>
 class RivalOf final : public AnyRival {
  public:
   template <class... Arguments>
@@ -113,17 +123,29 @@ class RivalOf final : public AnyRival {
   TorquePair<double> feedback() const override { return rival_.feedback(); }
 
  private:
-  Rival<Law> rival_;
+  Rival<Law, with_integral> rival_;
 };
+
+// What the law of a design is built for in a run.
+inline Model<double> model_of(const RivalDesign& design, const PreparedRun& run) {
+  return {design.robot, run.scenario->trajectory.dt(), run.limits.speed_scale};
+}
 
 // Ready to run.
 inline std::unique_ptr<AnyRival> make_rival(const RivalDesign& design, const PreparedRun& run) {
   return with_law(design.law, [&](auto* own) -> std::unique_ptr<AnyRival> {
     using Law = std::remove_pointer_t<decltype(own)>;
-    const Model<double> model = {design.robot, run.scenario->trajectory.dt(),
-                                 run.limits.speed_scale};
-    return std::make_unique<RivalOf<Law>>(settings_from<typename Law::Settings>(design.parameters),
-                                          model, run.limits.torque, design.speeds);
+    const Model<double> model = model_of(design, run);
+    typename Law::Settings settings;
+    const double* rest = take_parameters(design.parameters.data(), settings);
+    const Law law(settings, model);
+    if (!design.integral) {
+      return std::make_unique<RivalOf<Law, false>>(law, model, run.limits.torque, design.speeds);
+    }
+    IntegralGains<double> gains;
+    take_parameters(rest, gains);
+    return std::make_unique<RivalOf<Law, true>>(law, model, run.limits.torque, design.speeds,
+                                                gains);
   });
 }
 

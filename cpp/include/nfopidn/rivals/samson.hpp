@@ -20,9 +20,9 @@ class Samson {
   struct Settings {
     static constexpr double tuned_k_v = 1.33814;  // of its VelocityLoop
     static constexpr double tuned_k_omega = 1.04237;
-    double k_x = 1.09621;
-    double k_y = 40.7948;
-    double k_theta = 4.27048;
+    Number k_x = Number(1.09621);
+    Number k_y = Number(40.7948);
+    Number k_theta = Number(4.27048);
 
     template <class Visitor>
     static constexpr void fields(Visitor&& visit) {
@@ -32,22 +32,17 @@ class Samson {
     }
   };
 
-  Samson(const Settings& settings, const Model<Scalar>& /*model*/)
-      : k_x_(Scalar(settings.k_x)),
-        k_y_(Scalar(settings.k_y)),
-        k_theta_(Scalar(settings.k_theta)) {}
+  Samson(const Settings& settings, const Model<base_t<Scalar>>& /*model*/) : s_(settings) {}
 
-  constexpr Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
-    const ReferenceSample<Scalar>& r = view.reference;
+  NFOPIDN_INLINE constexpr Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
+    const auto& r = view.reference;
     const Scalar along = r.v * math<Scalar>::heading(view.error.theta).cosine;
-    return {along + k_x_ * view.error.x,
-            r.omega + k_y_ * r.v * view.error.y + k_theta_ * view.error.theta};
+    return {along + s_.k_x * view.error.x,
+            r.omega + s_.k_y * r.v * view.error.y + s_.k_theta * view.error.theta};
   }
 
  private:
-  Scalar k_x_;
-  Scalar k_y_;
-  Scalar k_theta_;
+  Settings s_;
 };
 
 }  // namespace nfopidn::rivals

@@ -19,14 +19,14 @@ class SlidingMode {
   static constexpr const char* name = "sliding-mode";
 
   struct Settings {
-    double lambda_x = 1.55929;
-    double lambda_y = 4.56514;
-    double lambda_theta = 0.997586;
-    double q_x = 0;
-    double q_theta = 0;
-    double p_x = 0.238126;
-    double p_theta = 1.03896;
-    double boundary = 0.137733;
+    Number lambda_x = Number(1.55929);
+    Number lambda_y = Number(4.56514);
+    Number lambda_theta = Number(0.997586);
+    Number q_x = Number(0.0);
+    Number q_theta = Number(0.0);
+    Number p_x = Number(0.238126);
+    Number p_theta = Number(1.03896);
+    Number boundary = Number(0.137733);
 
     template <class Visitor>
     static constexpr void fields(Visitor&& visit) {
@@ -43,36 +43,37 @@ class SlidingMode {
     }
   };
 
-  SlidingMode(const Settings& settings, const Model<Scalar>& /*model*/) : s_(settings) {}
+  SlidingMode(const Settings& settings, const Model<base_t<Scalar>>& /*model*/) : s_(settings) {}
 
   constexpr void reset() noexcept {}
 
-  constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
+  NFOPIDN_INLINE constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
     const Heading<Scalar> misalignment = math<Scalar>::heading(view.error.theta);
-    const ReferenceSample<Scalar>& r = view.reference;
+    const auto& r = view.reference;
     const Channels<Scalar> rate = error_rates(view);
-    const Scalar lambda_y = Scalar(s_.lambda_y);
-    const Scalar surface_x = rate.x + Scalar(s_.lambda_x) * view.error.x;
+    const Scalar surface_x = rate.x + s_.lambda_x * view.error.x;
     const Scalar surface_theta =
-        rate.theta + Scalar(s_.lambda_theta) * view.error.theta + lambda_y * r.v * view.error.y;
+        rate.theta + s_.lambda_theta * view.error.theta + s_.lambda_y * r.v * view.error.y;
     // Both surfaces' rates of change, solved for the accelerations.
-    const Scalar turning = Scalar(s_.lambda_theta) * rate.theta +
-                           lambda_y * (view.acceleration.linear * view.error.y + r.v * rate.y) +
+    const Scalar turning = s_.lambda_theta * rate.theta +
+                           s_.lambda_y * (view.acceleration.linear * view.error.y + r.v * rate.y) +
                            approach(surface_theta, s_.q_theta, s_.p_theta);
     const Scalar angular = view.acceleration.angular + turning;
     const Scalar linear = view.acceleration.linear * misalignment.cosine -
                           r.v * misalignment.sine * rate.theta + angular * view.error.y +
-                          view.speed.omega * rate.y + Scalar(s_.lambda_x) * rate.x +
+                          view.speed.omega * rate.y + s_.lambda_x * rate.x +
                           approach(surface_x, s_.q_x, s_.p_x);
     return {linear - view.acceleration.linear, turning};
   }
 
  private:
-  constexpr Scalar approach(Scalar surface, double q, double p) const {
+  NFOPIDN_INLINE constexpr Scalar approach(const Scalar& surface, const Scalar& q,
+                                           const Scalar& p) const {
     using M = math<Scalar>;
-    const Scalar inside = surface / Scalar(s_.boundary);
-    const Scalar share = M::maximum(M::minimum(inside, Scalar(1)), Scalar(-1));
-    return Scalar(q) * surface + Scalar(p) * share;
+    using Base = base_t<Scalar>;
+    const Scalar inside = surface / s_.boundary;
+    const Scalar share = M::maximum(M::minimum(inside, Scalar(Base(1))), Scalar(Base(-1)));
+    return q * surface + p * share;
   }
 
   Settings s_;

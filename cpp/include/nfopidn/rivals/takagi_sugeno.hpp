@@ -20,16 +20,24 @@ class TakagiSugeno {
   struct Settings {
     static constexpr double tuned_k_v = 1.32248;  // of its VelocityLoop
     static constexpr double tuned_k_omega = 1.01722;
-    double k_x_slow_aligned = 1.07005, k_y_slow_aligned = 64.936, k_theta_slow_aligned = 1.95555;
-    double k_x_slow_askew = 1.1901, k_y_slow_askew = 300, k_theta_slow_askew = 10;
-    double k_x_fast_aligned = 0.397412, k_y_fast_aligned = 50.1667, k_theta_fast_aligned = 8.52598;
-    double k_x_fast_askew = 10, k_y_fast_askew = 0.240162, k_theta_fast_askew = 0.000173890;
+    Number k_x_slow_aligned = Number(1.07005);
+    Number k_y_slow_aligned = Number(64.936);
+    Number k_theta_slow_aligned = Number(1.95555);
+    Number k_x_slow_askew = Number(1.1901);
+    Number k_y_slow_askew = Number(300.0);
+    Number k_theta_slow_askew = Number(10.0);
+    Number k_x_fast_aligned = Number(0.397412);
+    Number k_y_fast_aligned = Number(50.1667);
+    Number k_theta_fast_aligned = Number(8.52598);
+    Number k_x_fast_askew = Number(10.0);
+    Number k_y_fast_askew = Number(0.240162);
+    Number k_theta_fast_askew = Number(0.000173890);
 
     template <class Visitor>
     static constexpr void fields(Visitor&& visit) {
       using S = Settings;
-      const auto rule = [&](const char* x, double S::*k_x, const char* y, double S::*k_y,
-                            const char* theta, double S::*k_theta) {
+      const auto rule = [&](const char* x, Number S::*k_x, const char* y, Number S::*k_y,
+                            const char* theta, Number S::*k_theta) {
         visit(field(x, k_x, "1/s", between(0, 10), "on the error ahead"));
         visit(field(y, k_y, "1/m^2", between(0, 300), "on the error to the left"));
         visit(field(theta, k_theta, "1/s", between(0, 10), "on the heading error"));
@@ -45,21 +53,23 @@ class TakagiSugeno {
     }
   };
 
-  TakagiSugeno(const Settings& settings, const Model<Scalar>& model)
-      : s_(settings), inverse_peak_(Scalar(1) / model.peak_speed) {}
+  using Base = base_t<Scalar>;
 
-  constexpr Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
+  TakagiSugeno(const Settings& settings, const Model<Base>& model)
+      : s_(settings), inverse_peak_(Base(1) / model.peak_speed) {}
+
+  NFOPIDN_INLINE constexpr Velocity<Scalar> command(const View<Scalar>& view) const noexcept {
     using M = math<Scalar>;
-    const ReferenceSample<Scalar>& r = view.reference;
+    const auto& r = view.reference;
     const Heading<Scalar> to_reference = M::heading(view.error.theta);
-    const Scalar fast = M::minimum(M::absolute(r.v) * inverse_peak_, Scalar(1));
+    const Base speed = (r.v < 0 ? -r.v : r.v) * inverse_peak_;
+    const Base fast = speed < 1 ? speed : Base(1);
     // 0 straight ahead, 1 from a right angle on.
-    const Scalar misalignment = Scalar(1) - M::maximum(to_reference.cosine, Scalar(0));
-    const auto blend = [&](double slow_aligned, double slow_askew, double fast_aligned,
-                           double fast_askew) {
-      const Scalar slow = Scalar(slow_aligned) + misalignment * Scalar(slow_askew - slow_aligned);
-      return slow + fast * (Scalar(fast_aligned) +
-                            misalignment * Scalar(fast_askew - fast_aligned) - slow);
+    const Scalar misalignment = Base(1) - M::maximum(to_reference.cosine, Scalar(Base(0)));
+    const auto blend = [&](const Scalar& slow_aligned, const Scalar& slow_askew,
+                           const Scalar& fast_aligned, const Scalar& fast_askew) {
+      const Scalar slow = slow_aligned + misalignment * (slow_askew - slow_aligned);
+      return slow + fast * (fast_aligned + misalignment * (fast_askew - fast_aligned) - slow);
     };
     const Scalar k_x =
         blend(s_.k_x_slow_aligned, s_.k_x_slow_askew, s_.k_x_fast_aligned, s_.k_x_fast_askew);
@@ -73,7 +83,7 @@ class TakagiSugeno {
 
  private:
   Settings s_;
-  Scalar inverse_peak_;
+  Base inverse_peak_;
 };
 
 }  // namespace nfopidn::rivals

@@ -2,6 +2,8 @@
 // missing of them, through the model. The reference's torques are added as for every controller.
 #pragma once
 
+#include <utility>
+
 #include "nfopidn/rivals/rival.hpp"
 
 namespace nfopidn::rivals {
@@ -14,8 +16,8 @@ class VelocityLoop {
   static constexpr const char* name = Kinematics::name;
 
   struct Settings : Kinematics::Settings {
-    double k_v = Kinematics::Settings::tuned_k_v;
-    double k_omega = Kinematics::Settings::tuned_k_omega;
+    Scalar k_v = Scalar(Kinematics::Settings::tuned_k_v);
+    Scalar k_omega = Scalar(Kinematics::Settings::tuned_k_omega);
 
     template <class Visitor>
     static constexpr void fields(Visitor&& visit) {
@@ -25,14 +27,14 @@ class VelocityLoop {
     }
   };
 
-  VelocityLoop(const Settings& settings, const Model<Scalar>& model)
-      : kinematics_(settings, model),
-        k_v_(Scalar(settings.k_v)),
-        k_omega_(Scalar(settings.k_omega)) {}
+  VelocityLoop(const Settings& settings, const Model<base_t<Scalar>>& model)
+      : VelocityLoop(Kinematics(settings, model), settings.k_v, settings.k_omega) {}
+  VelocityLoop(Kinematics kinematics, const Scalar& k_v, const Scalar& k_omega)
+      : kinematics_(std::move(kinematics)), k_v_(k_v), k_omega_(k_omega) {}
 
   constexpr void reset() noexcept {}
 
-  constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
+  NFOPIDN_INLINE constexpr Accelerations<Scalar> feedback(const View<Scalar>& view) const noexcept {
     const Velocity<Scalar> command = kinematics_.command(view);
     return {(command.v - view.speed.v) * k_v_, (command.omega - view.speed.omega) * k_omega_};
   }

@@ -19,9 +19,14 @@ struct ChoiceNames<InstructionSet> {
   static constexpr const char* names[] = {"sse2", "avx2", "avx512", "generic"};
 };
 
+struct RivalJob;
+struct RivalGradientJob;
+
 struct BatchKernels {
   void (*costs)(const BatchJob&) = nullptr;
   void (*gradient)(const GradientJob&) = nullptr;
+  void (*rival_costs)(const RivalJob&) = nullptr;
+  void (*rival_gradient)(const RivalGradientJob&) = nullptr;
 };
 
 // The widest instruction set of this processor, of those built in.
@@ -29,6 +34,13 @@ InstructionSet best_instruction_set() noexcept;
 
 // Null pointers for one that this build or this processor does not have.
 BatchKernels batch_kernels(InstructionSet set) noexcept;
+
+// Whether the lanes can move the robot. The events of the exact motion with both frictions have no
+// closed form, which the lanes need.
+inline bool moves_in_lanes(const Scenario& scenario) {
+  return scenario.integrator != Integrator::exact || scenario.viscous_friction == 0 ||
+         scenario.coulomb_friction == 0;
+}
 
 // One scenario and structure, many candidates. The costs are the same to the last bit on every
 // instruction set and in any company. Memories beyond 32 run one candidate at a time, and so do
@@ -48,11 +60,7 @@ class BatchEvaluator {
 
   void set_instruction_set(InstructionSet set) {
     kernels_ = tap_count() <= batch_capacity ? batch_kernels(set) : BatchKernels{};
-    const Scenario& scenario = *run_.scenario;
-    // The events of this motion have no closed form, which the lanes' need.
-    const bool bent = scenario.integrator == Integrator::exact && scenario.viscous_friction > 0 &&
-                      scenario.coulomb_friction > 0;
-    if (bent) kernels_.costs = nullptr;
+    if (!moves_in_lanes(*run_.scenario)) kernels_.costs = nullptr;
   }
 
   int tap_count() const { return structure_.memory + 2; }
