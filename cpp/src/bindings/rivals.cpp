@@ -24,7 +24,16 @@ const Robot<double>& robot_of(const std::string& callable, const py::handle& val
 // The law's parameters and the settings beside them, from keywords.
 Design changed(const std::string& callable, Design design, const py::dict& keywords) {
   Json parameters = Json::object();
-  const std::vector<ParameterBounds> bounds = rivals::law_bounds(design.law);
+  if (keywords.contains("integral")) {
+    Json one = Json::object();
+    one["integral"] = to_json(py::object(keywords["integral"]));
+    const bool before = design.integral;
+    check(callable, read_settings(one, "", design));
+    // Its gains come last; those that are not given are zero.
+    const std::size_t size = rivals::law_bounds(design.law, design.integral).size();
+    if (design.integral != before) design.parameters.resize(size, 0.0);
+  }
+  const std::vector<ParameterBounds> bounds = rivals::law_bounds(design.law, design.integral);
   for (std::size_t i = 0; i < bounds.size(); ++i) parameters[bounds[i].name] = design.parameters[i];
   Json settings = Json::object();
   std::vector<std::string> known = field_names<Design>();
@@ -57,7 +66,7 @@ Design make_rival(const std::string& law, const py::kwargs& keywords) {
 py::dict parameters(const Design& self) {
   py::dict result;
   std::size_t place = 0;
-  for (const ParameterBounds& b : rivals::law_bounds(self.law)) {
+  for (const ParameterBounds& b : rivals::law_bounds(self.law, self.integral)) {
     result[py::str(b.name)] = self.parameters[place++];
   }
   return result;
@@ -66,24 +75,23 @@ py::dict parameters(const Design& self) {
 std::string repr(const Design& self) {
   std::string text = "Rival('" + rivals::law_name(self.law) + "'";
   if (self.speeds == rivals::Speeds::differenced) text += ", speeds='differenced'";
+  if (self.integral) text += ", integral=True";
   std::size_t place = 0;
-  for (const ParameterBounds& b : rivals::law_bounds(self.law)) {
+  for (const ParameterBounds& b : rivals::law_bounds(self.law, self.integral)) {
     text += ", " + b.name + "=" + number_text(self.parameters[place++]);
   }
   return text + ")";
 }
 
 // Name, unit, low, high and one line of each parameter of a law.
-py::list describe(const std::string& law) {
+py::list describe(const std::string& law, bool integral) {
   std::size_t place = 0;
   check("Rival", find_law(law, place));
-  return rivals::with_law(place, [](auto* own) {
-    py::list rows;
-    std::remove_pointer_t<decltype(own)>::Settings::fields([&](const auto& f) {
-      rows.append(py::make_tuple(f.name, f.unit, f.range.low, f.range.high, f.text));
-    });
-    return rows;
+  py::list rows;
+  rivals::for_each_parameter(place, integral, [&](const auto& f) {
+    rows.append(py::make_tuple(f.name, f.unit, f.range.low, f.range.high, f.text));
   });
+  return rows;
 }
 
 }  // namespace
@@ -101,9 +109,10 @@ void bind_rivals(py::module_& module) {
       "ValueError\n    Unknown law, a parameter out of its range.");
   cls.def(py::init(&make_rival), py::arg("law"));
   cls.def_static("laws", &rivals::law_names, "laws()\n--\n\nThe names of all laws.");
-  cls.def_static("describe", &describe, py::arg("law"),
-                 "describe(law)\n--\n\nName, unit, low, high and meaning of each parameter; the "
-                 "bounds are those of tune().");
+  cls.def_static(
+      "describe", &describe, py::arg("law"), py::arg("integral") = false,
+      "describe(law, integral=False)\n--\n\nName, unit, low, high and meaning of each "
+      "parameter, with integral action also of\nits gains; the bounds are those of tune().");
   cls.def_property_readonly(
       "law", [](const Design& self) { return rivals::law_name(self.law); }, "its name");
   cls.def_property_readonly("parameters", &parameters, "dict of the law's parameters");

@@ -59,7 +59,7 @@ def taps_table(controller: Controller) -> tuple[list[list[str]], int]:
 
 def _rival_parameters(rival: Rival) -> list[Row]:
     rows = []
-    for name, unit, _, _, meaning in Rival.describe(rival.law):
+    for name, unit, _, _, meaning in Rival.describe(rival.law, rival.integral):
         value = f"{readable(rival.parameters[name], 6)} {unit.replace('^2', '²')}"
         rows.append(Row(name, value.rstrip(), meaning))
     return rows

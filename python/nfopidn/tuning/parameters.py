@@ -197,7 +197,9 @@ def _rival_box(structure: str | Mapping[str, Any]) -> tuple[Rival, Box]:
     if isinstance(structure, Mapping) and not isinstance(structure["law"], str):
         raise ValueError(f"structure: law is {structure['law']!r}; must be a name")
     rival = Rival(structure) if isinstance(structure, str) else Rival(**structure)
-    return rival, {name: (low, high) for name, _, low, high, _ in Rival.describe(rival.law)}
+    return rival, {
+        name: (low, high) for name, _, low, high, _ in Rival.describe(rival.law, rival.integral)
+    }
 
 
 def default_bounds(

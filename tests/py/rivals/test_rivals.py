@@ -178,7 +178,9 @@ def test_tuning_a_rival_is_as_tuning_a_controller(tmp_path):
     found = nominal.tune(structure="samson", rng=4, maxfev=500, frozen={"k_v": 1.0})
     assert found.controller.parameters["k_v"] == 1.0
     assert "k_v" not in found.parameters
-    assert nfopidn.simulate(None, found.controller).cost == found.fun
+    # The lanes of the search round otherwise.
+    cost = nfopidn.simulate(None, found.controller).cost
+    assert cost == pytest.approx(found.fun, rel=1e-12)
     twice = nominal.tune(structure="samson", rng=4, maxfev=500, frozen={"k_v": 1.0}, workers=2)
     np.testing.assert_array_equal(twice.x, found.x)
     found.to_json(tmp_path / "result.json")
@@ -267,3 +269,27 @@ def test_a_later_version_is_refused():
     document["version"] = 99
     with pytest.raises(ValueError, match="version"):
         Rival.from_json(json.dumps(document))
+
+
+def test_integral_action_has_gains_of_its_own():
+    plain = Rival("lqr", tolerance_x=0.5)
+    rival = plain.replace(integral=True, k_i_v=0.2)
+    assert rival.integral
+    assert not plain.integral
+    assert rival.parameters == plain.parameters | {"k_i_v": 0.2, "k_i_omega": 0.0}
+    assert Rival.from_json(rival.to_json()) == rival
+    assert rival.replace(integral=False) == plain
+    assert "integral" not in json.loads(plain.to_json())  # documents without are as before
+    assert [row[0] for row in Rival.describe("lqr", True)][-2:] == ["k_i_v", "k_i_omega"]
+    with pytest.raises(TypeError, match="k_i_v"):
+        plain.replace(k_i_v=0.2)  # it has no integral action
+    with pytest.raises(ValueError, match="k_i_v"):
+        rival.replace(k_i_v=-1)
+
+
+def test_integral_action_is_tuned():
+    structure = {"law": "samson", "integral": True}
+    result = nominal.tune(structure=structure, rng=1, maxfev=300)
+    assert result.parameters[-2:] == ["k_i_v", "k_i_omega"]
+    assert result.controller.integral
+    assert result.fun == pytest.approx(nfopidn.simulate(None, result.controller).cost, rel=1e-9)
