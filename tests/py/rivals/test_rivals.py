@@ -188,7 +188,7 @@ def test_tuning_a_rival_is_as_tuning_a_controller(tmp_path):
     tied = nominal.tune(structure="samson", rng=4, maxfev=100, tied={"k_omega": "k_v"})
     assert tied.controller.parameters["k_omega"] == tied.controller.parameters["k_v"]
     start = nominal.tune(structure="samson", rng=4, maxfev=1, start=found.controller)
-    assert start.fun <= found.fun
+    assert start.fun <= found.fun * (1 + 1e-12)
 
 
 def test_several_scenarios_and_the_worst_of_them():
