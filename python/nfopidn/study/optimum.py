@@ -98,7 +98,9 @@ def open_loop_optimum(
 
     The problem is the simulation's own, sample by sample, with the torques free. No controller
     can do better than its global minimum. IPOPT is a local solver: what is returned is the best of
-    several guesses, and not proven to be that minimum.
+    several guesses, and not proven to be that minimum. Coulomb friction is smoothed, ever less
+    until that changes the cost by less than 1e-4 of it; the cost is that of the simulation, in
+    which the friction is as it is. The result is no lower bound.
 
     Parameters
     ----------
@@ -126,7 +128,7 @@ def open_loop_optimum(
     ------
     ValueError
         Names the argument, its value and what is allowed; or what of the scenario has no smooth
-        form: Coulomb friction, the integrator "exact", a delay.
+        form: the integrator "exact".
     ImportError
         If CasADi (or rich, for the bar) is not installed.
     """
@@ -136,6 +138,7 @@ def open_loop_optimum(
         search = _Search(Programme(scenario, max_iter, stop), stop, report)
         search.descend(guesses(scenario, controllers, maxfev, rng, stop))
         search.turn_otherwise()
+        search.refine()
         return search.result()
 
 
@@ -162,13 +165,6 @@ def _check(
         raise ValueError(
             f"scenario has integrator {scenario.integrator!r}; must be 'semi-implicit-euler'"
         )
-    if scenario.coulomb_friction > 0:
-        raise ValueError(
-            f"scenario has coulomb_friction {scenario.coulomb_friction:g} N m, which is not "
-            "smooth; must be 0"
-        )
-    if scenario.delay > 0:
-        raise ValueError(f"scenario has delay {scenario.delay}; must be 0")
 
 
 def _given(motion: Motion) -> Motion:
@@ -198,6 +194,12 @@ class _Search:
             assert seen.run is not None
             for name, motion in other_turns(self.programme.scenario, motion_of(seen.run)):
                 self._solve(name, partial(_given, motion))
+
+    def refine(self) -> None:
+        """Solve the best one's problem as closely as it can be."""
+        if self.best is not None and not self.stop.is_set():
+            self.report(len(self.rows), f"refining, cost {self.best.cost:.6g}")
+            self.best = self.programme.refine(self.best)
 
     def _solve(self, name: str, make: Callable[[], Motion | None]) -> None:
         if self.stop.is_set():

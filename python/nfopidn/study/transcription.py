@@ -20,6 +20,12 @@ from nfopidn.study.motion import (
     start,
 )
 
+#: Widths [rad/s] of the wheel speeds over which Coulomb friction turns round, one after another.
+_WIDTHS = tuple(10.0 ** (-power / 2) for power in range(11))
+#: So many of them tell one first guess from another.
+_COARSE = 3
+#: A narrower width that changes the run's cost by a smaller share is the last one.
+_REFINED = 1e-4
 #: Solutions after which the branch of the heading is chosen anew, at most.
 _REBRANCHINGS = 10
 _TOLERANCE = 1e-9
@@ -69,23 +75,43 @@ def casadi() -> Any:
     return casadi
 
 
-def _residuals(ca: Any, scenario: Scenario, state: Any, torque: Any) -> Any:
-    """Return by how much each sample's state misses the motion from the sample before."""
+def _residuals(ca: Any, scenario: Scenario, state: Any, torque: Any, rubbing: Any) -> list[Any]:
+    """Return by how much each sample's state misses the motion from the sample before.
+
+    `rubbing` has the Coulomb friction [N m] of both wheels in each substep, a row each, and with
+    them come the wheel speeds after each substep; None, and none, without Coulomb friction.
+    """
     step = scenario.trajectory.dt / scenario.substeps
-    by_sum, by_difference = accelerations(scenario.robot)
+    robot = scenario.robot
+    by_sum, by_difference = accelerations(robot)
     drive, turn = (1 + step * rate for rate in friction_rates(scenario))
     pushes = ca.DM(disturbances(scenario)[:-1].T)
     x, y, theta, v, omega = (state[row, :-1] for row in range(STATES))
-    left, right = torque[0, :-1], torque[1, :-1]
+    left, right = _applied(ca, scenario, torque)
     v_rate = by_sum * (left + right) + pushes[0, :]
     omega_rate = by_difference * (left - right) + pushes[1, :]
-    for _ in range(scenario.substeps):
+    speeds = []
+    for substep in range(scenario.substeps):
         v = (v + step * v_rate) / drive
         omega = (omega + step * omega_rate) / turn
+        if rubbing is not None:
+            of_left, of_right = rubbing[2 * substep, :], rubbing[2 * substep + 1, :]
+            v = v + step * by_sum * (of_left + of_right)
+            omega = omega + step * by_difference * (of_left - of_right)
+            sideways = omega * robot.track_width / 2
+            speeds += [(v + sideways) / robot.wheel_radius, (v - sideways) / robot.wheel_radius]
         x = x + step * v * ca.cos(theta)
         y = y + step * v * ca.sin(theta)
         theta = theta + step * omega
-    return ca.vec(state[:, 1:] - ca.vertcat(x, y, theta, v, omega))
+    missed = ca.vec(state[:, 1:] - ca.vertcat(x, y, theta, v, omega))
+    return [missed, ca.vertcat(*speeds) if speeds else None]
+
+
+def _applied(ca: Any, scenario: Scenario, torque: Any) -> tuple[Any, Any]:
+    """Return the torques that reach the wheels: those commanded `delay` samples before."""
+    delay = min(scenario.delay, torque.shape[1] - 1)
+    arriving = ca.horzcat(ca.SX.zeros(2, delay), torque[:, : torque.shape[1] - 1 - delay])
+    return arriving[0, :], arriving[1, :]
 
 
 def _watch(ca: Any, sizes: dict[str, int], stop: Event) -> Any:
@@ -114,8 +140,10 @@ def _watch(ca: Any, sizes: dict[str, int], stop: Event) -> Any:
 class Programme:
     """Eq. 41 over all torques within the limit, for one scenario.
 
-    On a fixed branch of the heading, whole turns for each sample, the wrapped error is smooth. The
-    branches are the programme's parameter, so that one programme serves every guess.
+    On a fixed branch of the heading, whole turns for each sample, the wrapped error is smooth.
+    Coulomb friction is smoothed: c w / sqrt(w^2 + width^2) at the wheel speed w after each step, in
+    which the simulation's own friction is implicit too. Branches and width are the programme's
+    parameters, so that one programme serves every guess.
     """
 
     def __init__(self, scenario: Scenario, max_iter: int, stop: Event) -> None:
@@ -123,48 +151,102 @@ class Programme:
         ca = casadi()
         self.scenario = scenario
         count = len(scenario.trajectory)
+        rubs = scenario.coulomb_friction > 0 and count > 1
+        rows = 2 * scenario.substeps if rubs else 0
         reference = ca.DM(scenario.reference[:, :7].T)
         state, torque = ca.SX.sym("state", STATES, count), ca.SX.sym("torque", 2, count)
-        turns = ca.SX.sym("turns", 1, count)
+        rubbing = ca.SX.sym("rubbing", rows, count - 1) if rubs else ca.SX(0, 0)
+        turns, width = ca.SX.sym("turns", 1, count), ca.SX.sym("width")
+        missed, speeds = _residuals(ca, scenario, state, torque, rubbing if rubs else None)
+        constraints = [missed]
+        if rubs:
+            opposing = scenario.coulomb_friction * speeds / ca.sqrt(speeds**2 + width**2)
+            constraints.append(ca.vec(rubbing + opposing))
         total = (
             ca.sumsqr(state[:2, :] - reference[:2, :])
             + ca.sumsqr(reference[2, :] + turns - state[2, :])
             + ca.sumsqr(torque - reference[5:7, :])
         )
         programme = {
-            "x": ca.vertcat(ca.vec(state), ca.vec(torque)),
+            "x": ca.vertcat(ca.vec(state), ca.vec(torque), ca.vec(rubbing)),
             "f": total,
-            "g": _residuals(ca, scenario, state, torque),
-            "p": turns.T,
+            "g": ca.vertcat(*constraints),
+            "p": ca.vertcat(turns.T, width),
         }
         ipopt = {"print_level": 0, "sb": "yes", "max_iter": max_iter, "tol": _TOLERANCE}
         self._watch = _watch(ca, {name: programme[name].numel() for name in "xgp"}, stop)
         options = {"ipopt": ipopt, "print_time": 0, "iteration_callback": self._watch}
         self._solver = ca.nlpsol("optimum", "ipopt", programme, options)
         bound = np.concatenate(
-            [np.full(STATES * count, np.inf), np.full(2 * count, scenario.torque_limit)]
+            [
+                np.full(STATES * count, np.inf),
+                np.full(2 * count, scenario.torque_limit),
+                np.full(rubbing.numel(), np.inf),
+            ]
         )
         self._low, self._high = -bound, bound.copy()
         self._low[:STATES] = self._high[:STATES] = start(scenario)
+        self._rubbing = np.zeros(rubbing.numel())
 
     def solve(self, guess: Motion) -> Solution:
-        """Descend from a guess; its own heading chooses the branch."""
-        turns = branches(self.scenario, guess.states[:, 2])
-        for _ in range(_REBRANCHINGS):
-            guess, status = self._descend(guess, turns)
+        """Descend from a guess; its own heading chooses the branch.
+
+        With Coulomb friction only as far as tells one guess from another; refine() goes on.
+        """
+        if not self._rubbing.size:
+            found, status = self._on_its_branch(guess, _WIDTHS[0])
+            return self._run(found, status) if status == _SOLVED else Solution(status)
+        self._rubbing[:] = 0
+        return self._narrow(Solution("no width converged"), guess, _WIDTHS[:_COARSE])
+
+    def refine(self, found: Solution) -> Solution:
+        """Smooth Coulomb friction ever less, until that changes the cost by less than 1e-4 of it.
+
+        The solution is the best one on the way; without Coulomb friction it is the given one.
+        """
+        if not self._rubbing.size or found.run is None:
+            return found
+        return self._narrow(found, motion_of(found.run), _WIDTHS[_COARSE - 1 :])
+
+    def _narrow(self, best: Solution, guess: Motion, widths: tuple[float, ...]) -> Solution:
+        last: float | None = None
+        for width in widths:
+            guess, status = self._on_its_branch(guess, width)
             if status != _SOLVED:
-                return Solution(status)
+                return best if best.run is not None else Solution(status)
+            found = self._run(guess, status)
+            if found.cost is None:
+                continue
+            if best.cost is None or found.cost < best.cost:
+                best = found
+            if last is not None and abs(found.cost - last) < _REFINED * last:
+                break
+            last = found.cost
+        return best
+
+    def _on_its_branch(self, guess: Motion, width: float) -> tuple[Motion, str]:
+        turns = branches(self.scenario, guess.states[:, 2])
+        status = ""
+        for _ in range(_REBRANCHINGS):
+            guess, status = self._descend(guess, turns, width)
+            if status != _SOLVED:
+                break
             before, turns = turns, branches(self.scenario, guess.states[:, 2])
             if np.array_equal(before, turns):
                 break
-        return self._run(guess, status)
+        return guess, status
 
-    def _descend(self, guess: Motion, turns: Array) -> tuple[Motion, str]:
-        first = np.concatenate([guess.states.ravel(), guess.torque.ravel()])
-        answer = self._solver(x0=first, p=turns, lbx=self._low, ubx=self._high, lbg=0, ubg=0)
+    def _descend(self, guess: Motion, turns: Array, width: float) -> tuple[Motion, str]:
+        first = np.concatenate([guess.states.ravel(), guess.torque.ravel(), self._rubbing])
+        answer = self._solver(
+            x0=first, p=np.append(turns, width), lbx=self._low, ubx=self._high, lbg=0, ubg=0
+        )
         variables = np.array(answer["x"]).ravel()
-        end = guess.states.size
-        motion = Motion(variables[:end].reshape(-1, STATES), variables[end:].reshape(-1, 2))
+        states, end = guess.states.size, guess.states.size + guess.torque.size
+        self._rubbing = variables[end:]
+        motion = Motion(
+            variables[:states].reshape(-1, STATES), variables[states:end].reshape(-1, 2)
+        )
         return motion, str(self._solver.stats()["return_status"])
 
     def _run(self, found: Motion, status: str) -> Solution:

@@ -36,7 +36,9 @@ def motion(scenario, torque):
     extra = torque.shape[2:]
     state = [np.full(extra, value, dtype=torque.dtype) for value in (*pose, *velocity)]
     rows = []
-    for k, (left, right) in enumerate(torque):
+    nothing = np.zeros((scenario.delay, *torque.shape[1:]), dtype=torque.dtype)
+    arriving = np.concatenate([nothing, torque])[: len(torque)]
+    for k, (left, right) in enumerate(arriving):
         rows.append(np.array(state))
         x, y, theta, v, omega = state
         for _ in range(scenario.substeps):
@@ -110,8 +112,8 @@ HARD = {
 
 @pytest.mark.parametrize(
     "changes",
-    [{"torque_limit": 0.8, "disturbance": (1.0, -0.2)}, HARD],
-    ids=["limited", "hard"],
+    [{"torque_limit": 0.8, "disturbance": (1.0, -0.2)}, HARD, {"delay": 2}, HARD | {"delay": 1}],
+    ids=["limited", "hard", "delayed", "hard and delayed"],
 )
 def test_it_is_the_minimum_that_scipy_finds(changes):
     scenario = short(**changes)
@@ -129,6 +131,27 @@ def test_the_limit_binds_where_it_should():
     assert np.abs(free.torque).max() > 0.4
     assert np.abs(bound.torque).max() == pytest.approx(0.4, abs=1e-6)
     assert bound.cost > 1.01 * free.cost
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_coulomb_friction_is_a_constant_push_where_the_wheels_roll_one_way(substeps):
+    friction = 0.05
+    path = Trajectory.line(period=12.0)
+    moving = {"initial_velocity": "reference", "initial_pose": (-0.1, 0, 0), "substeps": substeps}
+    scenario = Scenario(path, coulomb_friction=friction, rng=0, **moving)
+    push = -2 * friction / scenario.robot.wheel_radius
+    pushed = Scenario(path, disturbance=(push, 0.0), rng=0, **moving)
+    rubbed, free = open_loop_optimum(scenario, maxfev=0), open_loop_optimum(pushed, maxfev=0)
+    assert rubbed.run.columns["v"].min() > 0.1  # it never stops
+    assert rubbed.cost == pytest.approx(free.cost, rel=1e-4)
+    assert rubbed.cost >= free.cost * (1 - 1e-9)
+
+
+def test_coulomb_friction_costs_less_than_any_controller_s_run():
+    scenario = short(coulomb_friction=0.1)
+    found = open_loop_optimum(scenario, maxfev=0)
+    tuned = tune(scenario, structure="tracking", rng=1, maxfev=600)
+    assert open_loop_optimum(short(), maxfev=0).cost < found.cost < tuned.fun
 
 
 def test_a_straight_line_has_a_closed_form():
@@ -340,9 +363,7 @@ def test_the_figures_of_runs_draw_it():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"coulomb_friction": 0.1}, "coulomb_friction 0.1"),
         ({"integrator": "exact"}, "integrator 'exact'"),
-        ({"delay": 2}, "delay 2"),
     ],
     ids=str,
 )
