@@ -3,7 +3,8 @@
 // variables of the style sheet, so that a figure follows the theme.
 const Figures = (() => {
   const textSize = "12px";
-  const narrow = 480; // a figure at most this wide has two columns in its legend [px]
+  const letter = 6.2; // width of one in a legend [px]
+  const glyphRoom = 34; // of a name's mark, and between names [px]
   const touched = window.matchMedia("(hover: none)").matches;
 
   // The text of an element that holds it packed. Browsers unpack gzip since 2023 at the latest.
@@ -132,6 +133,7 @@ const Figures = (() => {
       line_policy: "nearest",
       point_policy: mode === "mouse" ? "snap_to_data" : "follow_mouse",
       show_arrow: false,
+      visible: false, // in the row of tools
     });
 
   const unit = (title) => (/\[([^\]]+)\]/.exec(title)?.[1] ?? "").replace(/^-$/, "");
@@ -166,11 +168,18 @@ const Figures = (() => {
       ),
     area: (trace, at) =>
       make("Patch", { ...at, line_width: trace.width }, { line_color: `line-${trace.colour}`, fill_color: `line-${trace.fill}` }),
-    bars: (trace) =>
+    words: (trace, at) =>
       make(
-        "HBar",
-        { y: { field: "y" }, left: { field: "left" }, right: { field: "x" }, height: trace.thickness, line_color: null },
-        { fill_color: `line-${trace.colour}` },
+        "Text",
+        {
+          ...at,
+          text: { field: "text" },
+          text_align: "right",
+          text_baseline: "middle",
+          text_font_size: "11px",
+          x_offset: -9,
+        },
+        { text_color: `line-${trace.colour}` },
       ),
   };
 
@@ -225,6 +234,7 @@ const Figures = (() => {
     const found = new Map();
     figure.traces.forEach((trace, i) => {
       if (trace.legend === false || trace.kind === "map") return;
+      if (trace.x.length === 0 && !trace.moves) return;
       if (!found.has(trace.name)) found.set(trace.name, { panel: trace.panel, lines: [] });
       found.get(trace.name).lines.push(renderers[i]);
     });
@@ -254,7 +264,12 @@ const Figures = (() => {
       },
       { label_text_color: "ink", background_fill_color: "paper", inactive_fill_color: "paper" },
     );
-    const arrange = () => { legend.ncols = place.clientWidth > narrow ? "auto" : 2; };
+    // As many columns as there is room for, each as wide as the longest name.
+    const column = glyphRoom + letter * Math.max(...names.map(([name]) => name.length));
+    const arrange = () => {
+      const room = Math.floor((place.clientWidth - plot.min_border_left - plot.min_border_right) / column);
+      legend.ncols = Math.max(1, Math.min(names.length, room));
+    };
     arrange();
     new ResizeObserver(arrange).observe(place);
     plot.add_layout(legend, "above");

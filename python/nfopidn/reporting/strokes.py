@@ -31,6 +31,7 @@ COLOURS: Mapping[str, tuple[str, str]] = {
     "accent": (style.LEFT["color"], "#7fb6f0"),
     "outline": ("#8f9fb3", "#5f7086"),
     "body": ("#f6d3a8", "#6b4f2c"),
+    "bad": (style.DIVERGENCE["color"], "#ff8a80"),
     "mark": ("#6b6b6b", "#c3c7cd"),
     "ring": ("#8a8a8a", "#8a8a8a"),
     "on-map": (style.ROBOT["color"], style.ROBOT["color"]),  # a map is as bright in both themes
@@ -48,6 +49,7 @@ ERROR_X = {"colour": "error-x", "width": 1.6}
 ERROR_Y = {"colour": "error-y", "width": 1.8, "dash": _DASHES}
 ERROR_THETA = {"colour": "error-theta", "width": 1.6}
 ON_MAP = {"colour": "on-map", "width": 1.6}
+LOST = {"colour": "bad", "width": 1.4, "dash": [5, 2, 1, 2]}
 MAP_EDGE = {"colour": "map-edge", "width": 2}
 
 
@@ -73,6 +75,12 @@ def markers(x: Any, y: Any, name: str, colour: str, **more: Any) -> Trace:
 def area(x: Any, y: Any, name: str, fill: str, **more: Any) -> Trace:
     """Return polygons, filled and outlined; gaps (None) part them."""
     return {"kind": "area", "panel": 0, "x": x, "y": y, "name": name, "fill": fill, **ROBOT, **more}
+
+
+def words(x: Any, y: Any, text: list[str], colour: str) -> Trace:
+    """Return texts that end a little left of their points."""
+    place = {"x": x, "y": y, "columns": {"text": text}}
+    return {"kind": "words", "panel": 0, "name": "", "legend": False, "colour": colour, **place}
 
 
 def axis(title: str, **more: Any) -> Axis:

@@ -102,7 +102,8 @@ class Verdict:
             )
         return text
 
-    def __str__(self) -> str:
+    def rows(self) -> list[tuple[str, str]]:
+        """Give what is behind it, each with its name: stability, margins, what the loop bears."""
         rows = [("stable" if self.stable else "not stable", self.stability)]
         if self.margin is not None:
             rows += self._margin_rows(self.margin)
@@ -110,6 +111,10 @@ class Verdict:
             rows += self._limit_rows(self.limits)
         if self.at_bound:
             rows.append(("on a bound", ", ".join(self.at_bound)))
+        return rows
+
+    def __str__(self) -> str:
+        rows = self.rows()
         width = max(len(name) for name, _ in rows)
         lines = [self.line, *(f"  {name:{width}}  {text}" for name, text in rows)]
         return "\n".join([*lines, *("  " + line for line in str(self.runs).splitlines())])

@@ -17,11 +17,13 @@ import numpy as np
 import pytest
 from nfopidn import (
     Controller,
+    Rival,
     Scenario,
     Trajectory,
     TuneResult,
     commands,
     simulate,
+    simulate_many,
     stability,
 )
 from nfopidn.reporting import page as page_module
@@ -206,11 +208,14 @@ def test_the_path_has_equal_scales_and_outlines_of_the_robot(page, run):
 def test_every_axis_has_a_title_with_its_unit(page):
     (scenario,) = page.data["scenarios"]
     figures = page.data["figures"] | scenario["figures"]
-    assert len(figures) == 7
+    assert len(figures) == 9
     for name, figure in figures.items():
         for axis in [figure["x"], *figure["panels"]]:
             title = axis["title"]
-            assert title == "evaluations of the cost" or re.search(r"\[.+\]", title), (name, axis)
+            assert title in ("evaluations of the cost", "") or re.search(r"\[.+\]", title), (
+                name,
+                axis,
+            )
 
 
 def test_the_convergence_is_the_history(page, result):
@@ -269,6 +274,89 @@ def test_the_basin_is_that_of_the_library(result):
         )
         assert np.unique(found.converged[rows, columns]).size == 2
     assert f"{found.share:.1%} end within 0.3 m" in page.text
+
+
+def judged(result):
+    """A result's family, and what the page's figure shows of it by name."""
+    page = parsed(result)
+    figures = page.data["figures"]
+    by_name = {}
+    for trace in figures["variations"]["traces"]:
+        by_name.setdefault(trace["name"], trace)
+    return page, figures, by_name
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_costs_are_those_of_the_verdict_and_of_lqr(result):
+    _, figures, shown = judged(result)
+    family = result.scenario.variations("standard")
+    labels = [label.replace("\n", " ") for label in figures["variations"]["panels"][0]["labels"]]
+    assert labels == list(family.names)
+    lqr = simulate_many(family, Rival("lqr"))
+    assert lqr.diverged.any()
+    for name, runs in (("this controller", result.verdict.runs), ("LQR", lqr)):
+        kept = ~runs.diverged
+        assert_allclose(shown[name]["x"], runs.costs[kept], **DIGITS)
+        rows = np.arange(len(family))[::-1][kept]
+        assert np.abs(np.array(shown[name]["y"]) - rows).max() < 0.3
+        names = np.array(family.names)[kept]
+        assert shown[name]["columns"]["name"] == names.tolist()
+    assert figures["variations"]["x"]["log"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_diverges_is_red_and_has_the_word(result):
+    controller = Controller.published(form="incremental")
+    page, figures, shown = judged(TuneResult({**result, "controller": controller}))
+    family = result.scenario.variations("standard")
+    lost = simulate_many(family, controller).diverged
+    assert lost.all()
+    assert shown["this controller"]["x"] == []
+    words = shown[""]["columns"]["text"]
+    assert words.count("this controller diverges") == len(family)
+    assert shown["diverges"]["colour"] == shown[""]["colour"] == "bad"
+    bundle = [trace for trace in figures["bundle"]["traces"] if trace["name"] != "reference"]
+    assert [trace["name"] for trace in bundle] == [f"{name}: diverges" for name in family.names]
+    assert {trace["colour"] for trace in bundle} == {"bad"}
+    for title in ("Gain", "Phase", "Delay"):
+        assert re.search(rf"{title} +red: not stable", page.text)
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_bundle_has_the_path_of_each_variation(result):
+    _, figures, _ = judged(result)
+    family = result.scenario.variations("standard")
+    reference, *lines = figures["bundle"]["traces"]
+    path = result.scenario.trajectory
+    assert_allclose([reference["x"], reference["y"]], [path.x, path.y], **DIGITS)
+    assert len(lines) == len(family)
+    for trace in lines:
+        (name,) = set(trace["columns"]["name"])
+        run = simulate(family[name], result.controller)
+        assert_allclose(np.transpose([trace["x"], trace["y"]]), run.pose[:, :2], atol=1e-3)
+    assert {name for trace in lines for name in trace["columns"]["name"]} == set(family.names)
+
+
+def test_the_margins_are_those_of_the_verdict(page, result):
+    margin, limits = result.verdict.margin, result.verdict.limits
+    assert f"Gain {margin.decibels:.3g} dB" in page.text
+    assert margin.source == "simulated"  # of which there is no phase
+    assert "Phase not known" in page.text
+    assert limits.extra_delay == 0
+    assert "Delay 0 samples, red: under 1 sample" in page.text
+    kinds = [a["class"] for _, a in page.elements if a.get("class", "").startswith("margin")]
+    assert kinds[0] in ("margin green", "margin amber")
+    assert kinds[1:] == ["margin green", "margin red"]
+    for name, text in result.verdict.rows():
+        assert f"{name.capitalize()} {text}" in page.text
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_reference_that_never_moves_has_no_robustness(result):
+    still = Scenario(Trajectory.from_samples([0, 0, 0, 0], [0, 0, 0, 0], dt=0.2), rng=0)
+    page = parsed(TuneResult({**result, "scenario": still}))
+    assert set(page.data["figures"]) == {"convergence"}
+    assert not any(a.get("id") == "robustness" for _, a in page.elements)
 
 
 # The text
@@ -702,7 +790,7 @@ def opened(path, browser, tmp_path_factory):
 def test_a_browser_draws_every_figure(opened, page):
     figures = [*page.data["figures"], *(f"{n}-1" for n in page.data["scenarios"][0]["figures"])]
     assert set(opened["colours"]) == set(figures)
-    assert len(figures) == 7
+    assert len(figures) == 9
     assert min(opened["colours"].values()) > 100  # an empty canvas has one
     assert 'id="no-figures" hidden' in page_module._resource("page.html")
 
