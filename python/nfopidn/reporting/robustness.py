@@ -30,6 +30,7 @@ from nfopidn.tuning.result import TuneResult
 
 #: The rival that the costs stand beside, as it comes.
 _YARDSTICK = "LQR"
+_MOST_PHASE = 90.0  # where the track of a phase margin ends [degrees]
 _ROW_HEIGHT = 30  # [px]
 _SHIFT = 0.13  # of the marks of two controllers, in rows
 #: Points of all paths of a bundle together, and the least of each.
@@ -62,7 +63,7 @@ def robustness_of(result: TuneResult) -> Robustness | None:
     except ValueError:
         return None
     family = _judged_family(result, verdict)
-    runs = {"this controller": verdict.runs}
+    runs = {"tuned": verdict.runs}
     if not (isinstance(result.controller, Rival) and result.controller.law == "lqr"):
         runs[_YARDSTICK] = simulate_many(family, Rival("lqr"))
     return Robustness(
@@ -86,6 +87,8 @@ def _judged_family(result: TuneResult, verdict: Verdict) -> Family:
 def _bar(margin: MarginBar) -> Bar:
     known = [one for one in (margin.value, margin.least or 0.0) if np.isfinite(one)]
     reach = 1.25 * max([*known, 1e-9])
+    if margin.unit == "degrees":
+        reach = max(_MOST_PHASE, reach)
     length = 0.0 if np.isnan(margin.value) else min(100.0, 100 * margin.value / reach)
     return Bar(margin, length, None if margin.least is None else 100 * margin.least / reach)
 
@@ -101,7 +104,7 @@ def variations(runs: dict[str, FamilyRuns]) -> Figure:
     kept = kept[kept > 0]
     low, high = (0.5 * kept.min(), 2 * kept.max()) if kept.size else (0.01, 1.0)
     if any(one.diverged.any() for one in runs.values()):
-        high *= 6
+        high *= 12
     traces: list[Trace] = []
     lost: dict[str, list[Any]] = {"x": [], "y": [], "text": []}
     marks = (("robot", "circle", "robot"), ("other", "square", "paper"))

@@ -294,7 +294,7 @@ def test_the_costs_are_those_of_the_verdict_and_of_lqr(result):
     assert labels == list(family.names)
     lqr = simulate_many(family, Rival("lqr"))
     assert lqr.diverged.any()
-    for name, runs in (("this controller", result.verdict.runs), ("LQR", lqr)):
+    for name, runs in (("tuned", result.verdict.runs), ("LQR", lqr)):
         kept = ~runs.diverged
         assert_allclose(shown[name]["x"], runs.costs[kept], **DIGITS)
         rows = np.arange(len(family))[::-1][kept]
@@ -311,9 +311,9 @@ def test_what_diverges_is_red_and_has_the_word(result):
     family = result.scenario.variations("standard")
     lost = simulate_many(family, controller).diverged
     assert lost.all()
-    assert shown["this controller"]["x"] == []
+    assert shown["tuned"]["x"] == []
     words = shown[""]["columns"]["text"]
-    assert words.count("this controller diverges") == len(family)
+    assert words.count("tuned diverges") == len(family)
     assert shown["diverges"]["colour"] == shown[""]["colour"] == "bad"
     bundle = [trace for trace in figures["bundle"]["traces"] if trace["name"] != "reference"]
     assert [trace["name"] for trace in bundle] == [f"{name}: diverges" for name in family.names]
