@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -25,7 +25,6 @@ VERDICT_COLOURS: Final[Mapping[str, str]] = {
     "red": style.DIVERGENCE["color"],
 }
 _MARKERS = "osD^vP*X"
-_ROOM = 12.0  # right of the largest cost, as a factor
 #: Delay that must be borne: less is red [samples].
 LEAST_DELAY: Final = 1.0
 
@@ -49,11 +48,30 @@ def same_names(runs: Mapping[str, FamilyRuns]) -> tuple[str, ...]:
     return names
 
 
+def lost_names(runs: Mapping[str, FamilyRuns]) -> list[str]:
+    """Return for each variation which controllers diverge, in words; "" where none does."""
+    lost = [
+        [name for name, one in runs.items() if one.diverged[place]]
+        for place in range(len(same_names(runs)))
+    ]
+    return [
+        f"{', '.join(names)} {'diverges' if len(names) == 1 else 'diverge'}" if names else ""
+        for names in lost
+    ]
+
+
+def _mark_lost(ax: Axes, row: float, text: str) -> None:
+    """Mark a row at the right edge, with the words beside the axes."""
+    edge: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "color": VERDICT_COLOURS["red"]}
+    ax.plot([1.0], [row], marker="x", markersize=5, markeredgewidth=1.6, clip_on=False, **edge)
+    ax.text(1.02, row, text, va="center", fontsize=style.TICK_SIZE - 1, **edge)
+
+
 def variation_costs(runs: Mapping[str, FamilyRuns], ax: Axes | None = None) -> Axes:
     """Draw what each variation costs, a row a variation and a mark a controller.
 
     The axis is logarithmic. A run that diverges has no cost to compare: a red cross at the right
-    edge stands for it, with the word.
+    edge stands for it, with the words who diverges.
 
     Parameters
     ----------
@@ -89,28 +107,9 @@ def variation_costs(runs: Mapping[str, FamilyRuns], ax: Axes | None = None) -> A
             color=colour,
             label=controller,
         )
-        for row in y[~kept]:
-            ax.plot(
-                *([0.99], [row]),
-                marker="x",
-                markersize=5,
-                markeredgewidth=1.6,
-                linestyle="none",
-                color=VERDICT_COLOURS["red"],
-                clip_on=False,
-                transform=ax.get_yaxis_transform(),
-            )
-            ax.text(
-                *(0.97, row, f"{controller} diverges"),
-                transform=ax.get_yaxis_transform(),
-                ha="right",
-                va="center",
-                fontsize=style.TICK_SIZE - 1.5,
-                color=VERDICT_COLOURS["red"],
-            )
-    largest = max(float(one.costs[~one.diverged].max(initial=0.0)) for one in runs.values())
-    if largest > 0 and any(one.diverged.any() for one in runs.values()):  # room for the words
-        ax.set_xlim(right=_ROOM * largest)
+    for row, text in zip(rows, lost_names(runs), strict=True):
+        if text:
+            _mark_lost(ax, float(row), text)
     ax.set_yticks(rows, names)
     ax.set_ylim(-0.6, len(names) - 0.4)
     style.finish(ax, "cost E, eq. 41 [-]", "")

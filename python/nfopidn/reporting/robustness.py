@@ -10,7 +10,7 @@ import numpy as np
 from nfopidn._core import Controller, Rival, Scenario, simulate
 from nfopidn.families.family import Family
 from nfopidn.families.runs import FamilyRuns, simulate_many
-from nfopidn.plot.robustness import MarginBar, margin_bars_of
+from nfopidn.plot.robustness import MarginBar, lost_names, margin_bars_of
 from nfopidn.reporting.numbers import short
 from nfopidn.reporting.settings import Row
 from nfopidn.reporting.strokes import (
@@ -32,6 +32,7 @@ from nfopidn.tuning.result import TuneResult
 _YARDSTICK = "LQR"
 _MOST_PHASE = 90.0  # where the track of a phase margin ends [degrees]
 _ROW_HEIGHT = 30  # [px]
+_ROOM = 12.0  # for words, right of the largest cost, as a factor
 _SHIFT = 0.13  # of the marks of two controllers, in rows
 #: Points of all paths of a bundle together, and the least of each.
 _MOST_POINTS, _FEWEST_POINTS = 6000, 60
@@ -96,17 +97,17 @@ def _bar(margin: MarginBar) -> Bar:
 def variations(runs: dict[str, FamilyRuns]) -> Figure:
     """Draw what each variation costs, a row a variation and a mark a controller.
 
-    A run that diverges is a cross at the right edge, with the word.
+    Runs that diverge are a cross at the right edge, with the words.
     """
     names = next(iter(runs.values())).names
     rows = np.arange(len(names))[::-1]
     kept = np.concatenate([one.costs[~one.diverged] for one in runs.values()])
     kept = kept[kept > 0]
     low, high = (0.5 * kept.min(), 2 * kept.max()) if kept.size else (0.01, 1.0)
-    if any(one.diverged.any() for one in runs.values()):
-        high *= 12
+    lost = [(float(row), text) for row, text in zip(rows, lost_names(runs), strict=True) if text]
+    if lost:
+        high *= _ROOM
     traces: list[Trace] = []
-    lost: dict[str, list[Any]] = {"x": [], "y": [], "text": []}
     marks = (("robot", "circle", "robot"), ("other", "square", "paper"))
     for place, ((name, one), (colour, symbol, fill)) in enumerate(
         zip(runs.items(), marks[: len(runs)], strict=True)
@@ -122,14 +123,10 @@ def variations(runs: dict[str, FamilyRuns]) -> Figure:
                 hover=[["variation", "name", ""], ["cost E", "x", ""]],
             )
         )
-        for row in y[~shown]:
-            lost["x"].append(high / 1.2)
-            lost["y"].append(float(row))
-            lost["text"].append(f"{name} diverges")
-    if lost["x"]:
-        at = short(lost["x"]), short(lost["y"])
+    if lost:
+        at = short([high / 1.2] * len(lost)), short(row for row, _ in lost)
         traces.append(markers(*at, "diverges", "bad", symbol="x", size=9, width=2.2))
-        traces.append(words(*at, lost["text"], "bad"))
+        traces.append(words(*at, [text for _, text in lost], "bad"))
     labels = [",\n".join(name.rsplit(", ", 1)) for name in names]
     up = axis("", range=[-0.7, len(names) - 0.3], ticks=rows.tolist(), labels=labels)
     across = axis("cost E, eq. 41 [-]", log=True, range=short([low, high]))

@@ -47,9 +47,13 @@ class Verdict:
     spectral_radius
         a sample, of the loop linearised on its orbit; nan where a long simulation is the evidence
     margin
-        of gain, phase and delay
+        of the loop's gain (lower and upper factor, the smaller in ``decibels``), ``phase`` [rad]
+        and ``delay`` [samples], and their ``source``: "linearised" on a straight line, or
+        "simulated", where the phase is nan; None if the loop is not stable or off its path
     limits
-        up to what the loop stays on its path; None if it does not stay there as it is
+        up to what the loop stays on its path, each alone: ``extra_delay`` [samples], ``mass``
+        (lower and upper factor), ``friction`` (share of the torque limit a wheel), ``start`` [m]
+        beside the path; None if it does not stay there as it is
     at_bound
         parameters that the search left on a bound, in words
     beyond

@@ -313,7 +313,9 @@ def test_what_diverges_is_red_and_has_the_word(result):
     assert lost.all()
     assert shown["tuned"]["x"] == []
     words = shown[""]["columns"]["text"]
-    assert words.count("tuned diverges") == len(family)
+    lqr = simulate_many(family, Rival("lqr")).diverged
+    assert words == ["tuned, LQR diverge" if one else "tuned diverges" for one in lqr]
+    assert shown["diverges"]["y"] == list(range(len(family)))[::-1]
     assert shown["diverges"]["colour"] == shown[""]["colour"] == "bad"
     bundle = [trace for trace in figures["bundle"]["traces"] if trace["name"] != "reference"]
     assert [trace["name"] for trace in bundle] == [f"{name}: diverges" for name in family.names]
