@@ -266,12 +266,11 @@ const Figures = (() => {
     );
     // As many columns as there is room for, each as wide as the longest name.
     const column = glyphRoom + letter * Math.max(...names.map(([name]) => name.length));
-    const arrange = () => {
-      const room = Math.floor((place.clientWidth - plot.min_border_left - plot.min_border_right) / column);
-      legend.ncols = Math.max(1, Math.min(names.length, room));
+    const arrange = (width) => {
+      legend.ncols = Math.max(1, Math.min(names.length, Math.floor(width / column)));
     };
-    arrange();
-    new ResizeObserver(arrange).observe(place);
+    arrange(place.clientWidth - plot.min_border_left);
+    plot.properties.inner_width.change.connect(() => arrange(plot.inner_width));
     plot.add_layout(legend, "above");
   };
 

@@ -366,9 +366,11 @@ def test_a_reference_that_never_moves_has_no_robustness(result):
 
 def test_the_gains_and_orders_are_written(page, result):
     controller = result.controller
-    for i in range(3):
-        row = [*controller.gains[i], controller.alpha[i], controller.sigma[i]]
-        assert " ".join(readable(value, 6) for value in row) in re.sub(r" +", " ", page.text)
+    text = re.sub(r" +", " ", page.text)
+    columns = (*controller.gains.T, controller.alpha, controller.sigma)
+    names = ("k p", "k i", "k d", "\N{GREEK SMALL LETTER ALPHA}", "\N{GREEK SMALL LETTER SIGMA}")
+    for name, row in zip(names, columns, strict=True):
+        assert f"{name} " + " ".join(readable(value, 6) for value in row) in text
 
 
 def test_the_metrics_are_written_with_units(page, run):
@@ -750,6 +752,14 @@ watch().catch((error) => { seen.error = String(error.stack); })
 </body>"""
 
 
+#: A mouse, which a browser without a window does not have.
+MOUSE = (
+    "--blink-settings=primaryHoverType=2,availableHoverTypes=2,"
+    "primaryPointerType=4,availablePointerTypes=4"
+)
+DARK = "--blink-settings=preferredColorScheme=0"
+
+
 @pytest.fixture(scope="module")
 def browser():
     """Open a page without a network at a time [s]; give its DOM and what it said."""
@@ -757,14 +767,12 @@ def browser():
     if program is None:
         pytest.fail("no chromium: install it (Debian: apt-get install chromium; ./dev does)")
 
-    def opened(path, profile):
+    def opened(path, profile, *flags):
         command = [
             *(program, "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"),
             *("--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND"),
             *("--proxy-server=127.0.0.1:9", "--enable-logging=stderr", "--window-size=1280,2000"),
-            # A mouse, which a browser without a window does not have.
-            "--blink-settings=primaryHoverType=2,availableHoverTypes=2,"
-            "primaryPointerType=4,availablePointerTypes=4",
+            *flags,
             *("--virtual-time-budget=12000", f"--user-data-dir={profile}", "--dump-dom"),
             f"file://{path}",
         ]
@@ -780,7 +788,7 @@ def opened(path, browser, tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     probed = path.read_text(encoding="utf-8").replace("</body>", PROBE)
     (folder / "probed.html").write_text(probed, encoding="utf-8")
-    dom, console = browser(f"{folder / 'probed.html'}#t=12.1", folder / "profile")
+    dom, console = browser(f"{folder / 'probed.html'}#t=12.1", folder / "profile", MOUSE)
     assert console == []
     attribute = re.search(r'data-seen="([^"]*)"', dom)
     assert attribute, "the page was not drawn"
@@ -847,6 +855,52 @@ def test_the_button_plays(opened):
     assert playing["button"] == "Pause"
     assert before["slider"] < playing["slider"]
     assert min(playing["marks"]) > max(before["marks"])
+
+
+# A window is 500 pixels wide at least; a frame in it may be as narrow as a phone.
+FRAME = """<iframe src="page.html" style="width: 360px; height: 900px"></iframe>
+<script>
+window.onmessage = ({ data }) => { document.body.dataset.seen = JSON.stringify(data); };
+</script>"""
+IN_FRAME = """
+<script>
+window.report.then(async ({ drawn: [drawn] }) => {
+  await new Promise((done) => setTimeout(done, 500));
+  const wide = (e) => e.getBoundingClientRect().right > innerWidth || e.scrollWidth > e.clientWidth;
+  const parts = [...document.querySelectorAll("table, .scroll, .cards, .margin, .plot, .now")];
+  const [plot] = drawn.path.plots;
+  parent.postMessage({
+    width: innerWidth,
+    page: document.documentElement.scrollWidth,
+    parts: parts.length,
+    wide: parts.filter(wide).map((e) => `${e.id} ${e.className} ${e.textContent.slice(0, 40)}`),
+    paper: getComputedStyle(document.body).backgroundColor,
+    plot: [plot.background_fill_color, plot.border_fill_color],
+    frame: plot.inner_width,
+  }, "*");
+});
+</script>
+</body>"""
+
+
+@pytest.mark.parametrize(
+    ("flags", "paper", "plot"),
+    [([], "rgb(255, 255, 255)", "#ffffff"), ([DARK], "rgb(22, 24, 28)", "#16181c")],
+    ids=["light", "dark"],
+)
+def test_a_phone_shows_every_column_in_the_colours_of_its_theme(
+    flags, paper, plot, path, browser, tmp_path
+):
+    text = path.read_text(encoding="utf-8").replace("</body>", IN_FRAME)
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    (tmp_path / "frame.html").write_text(FRAME)
+    dom, console = browser(tmp_path / "frame.html", tmp_path / "profile", *flags)
+    assert console == []
+    seen = json.loads(html.unescape(re.search(r'data-seen="([^"]*)"', dom)[1]))
+    assert (seen["width"], seen["page"], seen["wide"]) == (360, 360, [])
+    assert seen["parts"] > 15
+    assert 200 < seen["frame"] < 360
+    assert (seen["paper"], seen["plot"]) == (paper, [plot, plot])
 
 
 def test_the_verdict_stands_at_the_top_in_its_colour(tmp_path):
