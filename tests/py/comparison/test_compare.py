@@ -20,7 +20,7 @@ from nfopidn.comparison import (
     path_names,
     suite_names,
 )
-from nfopidn.comparison.ranking import fewest_runs, rank
+from nfopidn.comparison.ranking import _holm, fewest_runs, rank
 from nfopidn.files import save_picture
 from scipy.stats import wilcoxon
 
@@ -98,6 +98,14 @@ def test_a_list_names_itself():
         [Controller.published(), Rival("lqr")], {"short": Scenario.published(**SHORT)}
     )
     assert result.controllers == ("1 NFOPIDN", "2 lqr")
+
+
+def test_holms_correction_keeps_the_order_and_stays_a_probability():
+    # By hand: 0.005 x 4, 0.01 x 3, 0.03 x 2, and 0.04 x 1, which is less than the one before.
+    found = _holm([0.01, 0.04, 0.03, 0.005])
+    assert found == pytest.approx([0.03, 0.06, 0.06, 0.02], rel=1e-14)
+    assert _holm([0.9, 0.6]) == [1.0, 1.0]
+    assert _holm([]) == []
 
 
 def test_the_ranking_is_wilcoxons_with_holms_correction():

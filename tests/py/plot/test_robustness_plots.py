@@ -133,7 +133,8 @@ def test_bars_under_their_threshold_have_its_colour_and_the_word(verdicts):
     gain, phase, delay = plot.margin_bars({**verdicts, "weak": weak})
     assert texts(gain)[2:] == ["red: not stable", "3.52 dB, amber: under 6 dB"]
     assert texts(phase)[1] == "not known"
-    assert texts(delay)[1] == "0 samples, red: under 1 sample"
+    assert verdicts["recommended"].limits.extra_delay == 1  # just what is asked for
+    assert texts(delay)[:2] == ["1 sample", "0 samples, red: under 1 sample"]
     colours = [to_hex(bar.get_facecolor()) for bar in gain.patches]
     assert colours == [VERDICT_COLOURS[c] for c in ("green", "green", "red", "amber")]
     names = [label.get_text() for label in gain.get_yticklabels()]
