@@ -30,7 +30,10 @@ NOT_PAGES = {"README.md"}  # index.md says the same for the site
 ASSETS = ("docs/images/*", "docs/study/*")
 
 # The order of the sidebar. Guides that are not named come after those that are.
-GUIDES = ("tuning", "stability", "comparison", "rivals", "embedding", "fractional", "report")
+GUIDES = (
+    *("tuning", "stability", "robustness", "comparison", "rivals", "embedding", "fractional"),
+    "report",
+)
 PAPER = ("theory", "reproduction", "study/README", "equations")
 REFERENCE = ("api/index", "settings", "commands", "cpp/index")
 TITLES = {"study/README": "Tables and figures", "bench/firmware": "Figures of the firmware"}

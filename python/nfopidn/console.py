@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from typing import Protocol
 
 
@@ -17,27 +16,19 @@ class Report(Protocol):
 
 
 def shows_progress(quiet: bool) -> bool:
-    """Whether a command shows a bar: in a terminal, if rich is there, which is an extra."""
-    return not quiet and sys.stderr.isatty() and find_spec("rich") is not None
+    """Whether a command shows a bar: in a terminal."""
+    return not quiet and sys.stderr.isatty()
 
 
 @contextmanager
 def progress(title: str, total: float | None, wanted: bool) -> Iterator[Report]:
-    """Give a function report(done, note); `total` None stands for an unknown end.
-
-    Raises
-    ------
-    ImportError
-        If a bar is wanted and rich is not installed.
-    """
+    """Give a function report(done, note); `total` None stands for an unknown end."""
     if not wanted:
         yield lambda done, note: None
         return
-    try:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-    except ImportError:
-        raise ImportError("progress=True needs rich: pip install 'nfopidn[progress]'") from None
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
     console = Console(stderr=True)
     shown = console.is_terminal or console.is_jupyter
     columns = (TextColumn(title), BarColumn(), TextColumn("{task.fields[note]}"))

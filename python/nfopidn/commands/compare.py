@@ -15,7 +15,6 @@ from nfopidn.comparison.contenders import (
     contender_names,
     tune_contenders,
 )
-from nfopidn.comparison.ranking import fewest_runs, wilcoxon
 from nfopidn.comparison.suite import CONDITIONS, path_names, scenario_suite
 from nfopidn.console import shows_progress
 from nfopidn.files import (
@@ -98,17 +97,6 @@ def _check_extras(arguments: argparse.Namespace) -> None:
         from nfopidn.study.transcription import casadi
 
         casadi()
-    if _is_tested(arguments):
-        wilcoxon()
-
-
-def _is_tested(arguments: argparse.Namespace) -> bool:
-    """Whether there will be runs enough for the ranking's test, which needs an extra."""
-    files = [name for name in arguments.controllers if name.endswith(".json")]
-    names = contender_names([name for name in arguments.controllers if name not in files])
-    count = len(names) + len(files)
-    is_drawn = any(CONTENDERS[name].fixed is None for name in names)
-    return count > 1 and is_drawn and arguments.seeds >= fewest_runs(count)
 
 
 def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | None]:

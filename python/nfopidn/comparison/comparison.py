@@ -185,7 +185,7 @@ class Comparison:
         tables.write_csv(self, path)
 
     def print(self, metric: str = "cost") -> None:
-        """Print the table: by rich in a terminal where it is installed, else as Markdown."""
+        """Print the table: by rich in a terminal, else as Markdown."""
         tables.print_table(self, metric)
 
     def plot(self, metric: str = "cost", ax: Any = None) -> Any:

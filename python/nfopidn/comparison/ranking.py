@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,14 +42,11 @@ class Ranking:
 
 
 def _holm(p: list[float]) -> list[float]:
-    """Correct for the number of tests: the smallest counts most."""
-    order = np.argsort(p)
-    corrected = np.empty(len(p))
-    worst = 0.0
-    for place, index in enumerate(order):
-        worst = max(worst, min(1.0, p[index] * (len(p) - place)))
-        corrected[index] = worst
-    return [float(value) for value in corrected]
+    """Correct for the number of tests: the smallest counts most. SciPy does not have it."""
+    found = np.array(p)
+    order = np.argsort(found)
+    found[order] = np.maximum.accumulate(found[order] * np.arange(len(p), 0, -1))
+    return [float(value) for value in np.minimum(found, 1.0)]
 
 
 def fewest_runs(controllers: int) -> int:
@@ -76,11 +72,6 @@ def rank(
     """Rank by the median of costs (controllers, runs); run i of all is one pair.
 
     `draws` has the shape of `costs` and tells which runs of a row are the same; None: none.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed and there are runs enough for a test.
     """
     medians = np.median(costs, axis=1)
     order = [int(i) for i in np.argsort(medians, kind="stable")]
@@ -105,21 +96,7 @@ def rank(
     return Ranking(ordered, values, tuple(p.get(i) for i in order), winner, reason)
 
 
-def wilcoxon() -> Any:
-    """Return SciPy's test.
-
-    Raises
-    ------
-    ImportError
-        If SciPy is not installed.
-    """
-    try:
-        from scipy.stats import wilcoxon
-    except ImportError:
-        raise ImportError("ranking needs SciPy: pip install 'nfopidn[compare]'") from None
-    return wilcoxon
-
-
 def _p_value(pair: NDArray[np.float64]) -> float:
-    test = wilcoxon()
-    return 1.0 if np.array_equal(pair[0], pair[1]) else float(test(pair[0], pair[1]).pvalue)
+    from scipy.stats import wilcoxon
+
+    return 1.0 if np.array_equal(pair[0], pair[1]) else float(wilcoxon(pair[0], pair[1]).pvalue)

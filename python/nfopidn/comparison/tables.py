@@ -107,16 +107,13 @@ def write_csv(comparison: Comparison, path: str | PathLike[str]) -> None:
 
 def print_table(comparison: Comparison, metric: str) -> None:
     """Print by rich in a terminal, else as Markdown."""
-    try:
-        from rich.console import Console
-        from rich.markup import escape
-        from rich.table import Table
-    except ImportError:
-        print(markdown(comparison, metric), end="")
-        return
     if not sys.stdout.isatty():
         print(markdown(comparison, metric), end="")
         return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
     table = Table(metric, *map(escape, comparison.scenarios))
     for name, *cells in _cells(comparison, metric):
         marked = [re.sub(r"\*\*(.*)\*\*", r"[bold]\1[/]", cell) for cell in cells]

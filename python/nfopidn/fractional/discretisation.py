@@ -118,20 +118,13 @@ class Discretisation(PowerOfS):
         many of them do not survive, so that stable filters come out unstable. It warns where it
         gives another filter; SciPy's functions of bare numbers, as zpk2tf, do not.
 
-        Raises
-        ------
-        ImportError
-            Without SciPy.
-
         Warns
         -----
         UserWarning
             From `to_tf()` of what is returned, if that is another filter.
         """
-        try:
-            from scipy.signal import dlti
-        except ImportError as error:
-            raise ImportError("to_dlti needs SciPy: pip install 'nfopidn[control]'") from error
+        from scipy.signal import dlti
+
         if self.taps is not None:
             denominator = np.zeros(len(self.taps))
             denominator[0] = 1

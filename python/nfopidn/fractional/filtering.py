@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -200,7 +200,7 @@ class FractionalFilter(PowerOfS):
     def filter(self, samples: ArrayLike) -> NDArray[np.float64]:
         """Return the outputs to a whole signal, (n,), from rest; the filter's own state stays.
 
-        Long signals are convolved by FFT, if SciPy is there: to 1e-14 of the weights' sum times the
+        Long signals are convolved by FFT: to 1e-14 of the weights' sum times the
         largest sample.
 
         Raises
@@ -211,17 +211,17 @@ class FractionalFilter(PowerOfS):
         row = checks.samples(samples)
         length = row.size if math.isinf(self._memory) else min(row.size, int(self._memory) + 1)
         if self._filter.rest != 0 and row.size >= _SHORT_SIGNAL and length >= _SHORT_MEMORY:
-            convolve = _oaconvolve()
-            if convolve is not None:
-                return self._by_fft(row, length, convolve)
+            return self._by_fft(row, length)
         fresh = self.copy()
         fresh.reset()
         return fresh.stream(row)
 
-    def _by_fft(self, row: NDArray[np.float64], length: int, convolve: Any) -> NDArray[np.float64]:
+    def _by_fft(self, row: NDArray[np.float64], length: int) -> NDArray[np.float64]:
+        from scipy.signal import oaconvolve
+
         rest = self._filter.rest
         weights = _core.series_weights(checks.POLES[self._method], rest, length - 1)
-        out = convolve(row, weights)[: row.size] * self._filter.gain
+        out = oaconvolve(row, weights)[: row.size] * self._filter.gain
         if rest == self._order:
             return np.asarray(out)
         whole = _core.SampleFilter(
@@ -257,11 +257,3 @@ class FractionalFilter(PowerOfS):
             f"FractionalFilter(order={self._order:g}, dt={self._dt:g}, memory={memory}, "
             f"method={self._method!r})"
         )
-
-
-def _oaconvolve() -> Any:
-    try:
-        from scipy.signal import oaconvolve
-    except ImportError:
-        return None
-    return oaconvolve

@@ -25,6 +25,9 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `comparison`               controllers on scenarios: a metric of each
 `paths`                    driven paths of several controllers
 `distances`                how far they are from the reference
+`variation_costs`          what each variation costs several controllers
+`path_bundle`              the paths driven on every scenario of a family
+`margin_bars`              gain, phase and delay margin, with their thresholds
 `overview`                 a run on one page
 ========================== ========================================================
 """
@@ -37,6 +40,7 @@ if TYPE_CHECKING:
     from nfopidn.plot.filters import weights, z_plane
     from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
+    from nfopidn.plot.robustness import margin_bars, path_bundle, variation_costs
     from nfopidn.plot.runs import (
         errors,
         feedback_torque,
@@ -66,14 +70,17 @@ __all__ = [
     "errors",
     "feedback_torque",
     "feedforward_torque",
+    "margin_bars",
     "multipliers",
     "operator_z_plane",
     "orientation",
     "overview",
     "path",
+    "path_bundle",
     "paths",
     "robot_schematic",
     "total_torque",
+    "variation_costs",
     "velocities",
     "weights",
     "wheel_action",
@@ -89,6 +96,7 @@ _MODULES = (
     "page",
     "stability",
     "comparisons",
+    "robustness",
 )
 
 

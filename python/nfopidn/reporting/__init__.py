@@ -35,7 +35,7 @@ def report(result: TuneResult | str | PathLike[str], path: str | PathLike[str]) 
     OSError
         If a file cannot be read or written.
     ImportError
-        If Jinja2 or Plotly is not installed.
+        If Bokeh is not installed.
     """
     from nfopidn.reporting.page import page, write_page
     from nfopidn.reporting.source import read, refuse_same_file

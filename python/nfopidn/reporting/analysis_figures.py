@@ -9,38 +9,48 @@ from numpy.typing import NDArray
 
 from nfopidn.plot.stability import OUTER_RING, drawn_multipliers
 from nfopidn.reporting.numbers import readable, short
-from nfopidn.reporting.strokes import ACCENT, EDGE, OTHER, ROBOT, Figure, axis, figure, line
+from nfopidn.reporting.strokes import (
+    MAP_EDGE,
+    ON_MAP,
+    OTHER,
+    ROBOT,
+    Figure,
+    Trace,
+    axis,
+    figure,
+    line,
+    markers,
+)
 from nfopidn.stability import Basin, LoopStability
 
 Array = NDArray[np.float64]
 
 _SMALLEST = 0.01  # end of the basin's scale of errors [m]
-_RING = {"color": "#8a8a8a", "width": 1.2}
-_OUTER = {"color": "#8a8a8a", "width": 1, "dash": "2px,3px"}
+_RING = {"colour": "ring", "width": 1.2}
+_OUTER = {"colour": "ring", "width": 1, "dash": [2, 3]}
+_MAP_COLOURS = 64
 
 
 def convergence(history: Any) -> Figure:
     """Draw the best cost so far, and the mean of the cells, against evaluations."""
-    nfev, best = short(history["nfev"], 12), history["best"]
+    best = history["best"]
+    columns = {
+        "nfev": short(history["nfev"], 12),
+        "best": short(best),
+        "mean": short(history["mean"]),
+    }
     traces = [
-        line(nfev, short(history["mean"]), "mean of the cells", OTHER),
-        line(nfev, short(best), "best so far", {**ROBOT, "width": 2, "shape": "hv"}),
+        line("@nfev", "@mean", "mean of the cells", OTHER),
+        line("@nfev", "@best", "best so far", {**ROBOT, "width": 2}, steps=True),
     ]
     logarithmic = len(best) > 0 and bool(np.all(best > 0))
-    scale = {"type": "log", "dtick": "D2", "tickformat": "~g"} if logarithmic else {}
-    return figure(
-        traces,
-        320,
-        xaxis=axis("evaluations of the cost", rangemode="tozero", exponentformat="none"),
-        yaxis=axis("cost E [-]", hoverformat=".5g", **scale),
-        hovermode="x",
-    )
+    across, up = axis("evaluations of the cost"), axis("cost E [-]", log=logarithmic)
+    return figure(traces, 320, across, up, columns=columns, hover="x")
 
 
-def _circle(radius: float, name: str, stroke: dict[str, Any]) -> dict[str, Any]:
+def _circle(radius: float, name: str, stroke: dict[str, Any]) -> Trace:
     turn = np.linspace(0, 2 * np.pi, 121)
-    x, y = short(radius * np.cos(turn)), short(radius * np.sin(turn))
-    return line(x, y, name, stroke, hoverinfo="skip")
+    return line(short(radius * np.cos(turn)), short(radius * np.sin(turn)), name, stroke)
 
 
 def multipliers(stability: LoopStability) -> Figure:
@@ -58,28 +68,22 @@ def multipliers(stability: LoopStability) -> Figure:
     if decades:
         ring = readable(10.0**decades)
         traces.append(_circle(OUTER_RING, f"modulus {ring}, logarithmic beyond 1", _OUTER))
-    for chosen, name, colour in ((~outer, "others", "#ffffff"), (outer, "largest", ACCENT)):
-        text = [f"{readable(size)}, modulus of the multiplier" for size in sizes[chosen]]
+    for chosen, name, fill in ((~outer, "others", "paper"), (outer, "largest", "accent")):
+        found = places[chosen]
         traces.append(
-            {
-                **line(short(places.real[chosen]), short(places.imag[chosen]), name, ROBOT),
-                "mode": "markers",
-                "marker": {"size": 9, "color": colour, "line": {"color": ACCENT, "width": 1.6}},
-                "text": text,
-                "hovertemplate": "%{text}<extra></extra>",
-            }
+            markers(
+                *(short(found.real), short(found.imag), name, "accent"),
+                fill=fill,
+                columns={"modulus": short(sizes[chosen], 5)},
+                hover=[["modulus", "modulus", ""]],
+            )
         )
-    ticks = {"tickvals": [-1, 0, 1]} if decades else {"dtick": 0.5}
     reach = 1.1 * (OUTER_RING if decades else max(1.0, float(np.max(np.abs(places)))))
-    return figure(
-        traces,
-        430,
-        xaxis=axis("real part [-]", zeroline=True, zerolinecolor="#bdbdbd", **ticks)
-        | {"range": [-reach, reach]},
-        yaxis=axis("imaginary part [-]", zeroline=True, zerolinecolor="#bdbdbd", **ticks)
-        | {"range": [-reach, reach], "scaleanchor": "x", "scaleratio": 1},
-        hovermode="closest",
+    ticks = {"ticks": [-1, 0, 1]} if decades else {}
+    across, up = (
+        axis(f"{part} part [-]", range=[-reach, reach], **ticks) for part in ("real", "imaginary")
     )
+    return figure(traces, 430, across, up, equal=True)
 
 
 def _boundary(found: Basin) -> tuple[list[float], list[float]]:
@@ -102,59 +106,44 @@ def _boundary(found: Basin) -> tuple[list[float], list[float]]:
 def basin(found: Basin) -> Figure:
     """Draw how far from the path a run ends, by where it starts; a cross where it diverges."""
     limit = max(found.scenario.divergence_distance, 2 * _SMALLEST)
-    decades = np.arange(-2, int(np.floor(np.log10(limit))) + 1)
     error = found.position_error
-    heat = np.log10(
-        np.maximum(error, _SMALLEST), where=np.isfinite(error), out=np.full_like(error, np.nan)
-    )
     rows, places = np.nonzero(~np.isfinite(error))
     edge_x, edge_y = _boundary(found)
+    short_edge = short(edge_x), short(edge_y)
     path = found.scenario.trajectory
     step = max(1, len(path) // 1000)
-    traces: list[dict[str, Any]] = [
-        {
-            "type": "heatmap",
-            "x": short(found.x),
-            "y": short(found.y),
-            "z": [short(row, 4) for row in heat],
-            "customdata": [short(row, 4) for row in error],
-            "zmin": float(np.log10(_SMALLEST)),
-            "zmax": float(np.log10(limit)),
-            "colorscale": "Viridis",
-            "reversescale": True,
-            "colorbar": {
-                "title": {"text": "position error at the end [m]", "side": "right"},
-                "tickvals": decades.tolist(),
-                "ticktext": [f"{10.0**power:g}" for power in decades],
-                "thickness": 14,
-                "outlinewidth": 0,
-            },
-            "hovertemplate": "x = %{x:.3g} m<br>y = %{y:.3g} m<br>"
-            "error %{customdata:.3g} m<extra></extra>",
-        },
-        {
-            **line(short(found.x[places]), short(found.y[rows]), "diverges", ROBOT),
-            "mode": "markers",
-            "hoverinfo": "skip",
-            "showlegend": rows.size > 0,
-            "marker": {"symbol": "x-thin", "size": 4, "line": {"color": "#8a8a8a", "width": 1}},
-        },
-        line(
-            *(short(edge_x), short(edge_y), f"{found.tolerance:g} m from the path"),
-            {"color": EDGE, "width": 2},
-            hoverinfo="skip",
-            showlegend=len(edge_x) > 0,
-        ),
-        line(short(path.x[::step]), short(path.y[::step]), "path", ROBOT, hoverinfo="skip"),
+    heat = {
+        "kind": "map",
+        "panel": 0,
+        "name": "position error at the end [m]",
+        "x": short(found.x),
+        "y": short(found.y),
+        "z": [short(row, 4) for row in error],
+        "low": _SMALLEST,
+        "high": limit,
+        "palette": _map_colours(),
+        "hover": [["x", "x", "m"], ["y", "y", "m"], ["error", "z", "m"]],
+    }
+    crosses = short(found.x[places]), short(found.y[rows])
+    traces = [
+        heat,
+        markers(*crosses, "diverges", "ring", symbol="x", size=4, legend=rows.size > 0),
+        line(*short_edge, f"{found.tolerance:g} m from the path", MAP_EDGE, legend=len(edge_x) > 0),
+        line(short(path.x[::step]), short(path.y[::step]), "path", ON_MAP),
     ]
-    return figure(
-        traces,
-        430,
-        xaxis=axis("initial x [m]", range=_reach(found.x), constrain="domain"),
-        yaxis=axis("initial y [m]", range=_reach(found.y), constrain="domain")
-        | {"scaleanchor": "x", "scaleratio": 1},
-        hovermode="closest",
-    )
+    across = axis("initial x [m]", range=_reach(found.x))
+    return figure(traces, 430, across, axis("initial y [m]", range=_reach(found.y)), equal=True)
+
+
+def _map_colours() -> list[str]:
+    """Return the map's colours, from the smallest value to the largest."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [
+        to_hex(colour)
+        for colour in colormaps["viridis_r"].resampled(_MAP_COLOURS)(range(_MAP_COLOURS))
+    ]
 
 
 def _reach(centres: Array) -> list[float]:

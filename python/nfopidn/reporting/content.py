@@ -11,6 +11,7 @@ from nfopidn._core import Controller, Rival, Scenario, SimulationResult, simulat
 from nfopidn.reporting import analysis_figures, run_figures
 from nfopidn.reporting.law import Law, law_of
 from nfopidn.reporting.numbers import Short, readable
+from nfopidn.reporting.robustness import Robustness, robustness_of
 from nfopidn.reporting.settings import (
     Row,
     differences,
@@ -194,6 +195,7 @@ class Page:
     law: Law
     search: list[Row]
     controller_document: str
+    robustness: Robustness | None
 
     @property
     def cost(self) -> str:
@@ -219,7 +221,10 @@ class Page:
         return {
             "format": "nfopidn-report",
             "version": 1,
-            "figures": {"convergence": self.convergence},
+            "figures": {
+                "convergence": self.convergence,
+                **({} if self.robustness is None else self.robustness.figures),
+            },
             "scenarios": [
                 {
                     "columns": one.columns,
@@ -242,4 +247,5 @@ def gather(result: TuneResult) -> Page:
         law=law_of(result.controller),
         search=search_rows(result),
         controller_document=_document(result.controller.to_json()),
+        robustness=robustness_of(result),
     )

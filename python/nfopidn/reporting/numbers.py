@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from math import floor, isfinite, log
-from typing import Any
 
 Short = list[float | int | None]
 
@@ -47,9 +45,3 @@ def readable_power(logarithm: float, digits: int = 4) -> str:
 
 def _raised(exponent: int) -> str:
     return str(exponent).translate(_SUPERSCRIPTS)
-
-
-def script_json(document: Any) -> str:
-    """Write JSON that may stand within a script element: nothing in it can end the element."""
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
-    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")

@@ -1,40 +1,7 @@
 "use strict";
 (() => {
-  const report = JSON.parse(document.getElementById("report-data").textContent);
   const playTime = 16; // of a whole run [s]
   const frameTime = 40; // [ms]
-  const printWidth = 680; // of a figure on A4 [px]
-  const markStroke = { color: "#1d1f22", width: 1 };
-  // Without a mouse a drag scrolls the page and the figures have no tools.
-  const touched = window.matchMedia("(hover: none)").matches;
-  const config = {
-    responsive: true,
-    displaylogo: false,
-    displayModeBar: touched ? false : "hover",
-    modeBarButtons: [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
-  };
-
-  // "@name" stands for a column of the run.
-  const resolved = (trace, columns) => {
-    const found = { ...trace };
-    for (const key of ["x", "y", "text"]) {
-      if (typeof trace[key] === "string" && trace[key][0] === "@") {
-        found[key] = columns[trace[key].slice(1)];
-      }
-    }
-    return found;
-  };
-
-  const draw = (id, figure, columns) => {
-    const place = document.getElementById(id);
-    const data = figure.data.map((trace) => resolved(trace, columns));
-    const layout = { ...figure.layout, height: figure.height, dragmode: touched ? false : "zoom" };
-    return Plotly.newPlot(place, data, layout, config);
-  };
-
-  const number = (value) =>
-    value === null ? "–" : Number(value.toPrecision(4)).toString().replace("-", "\u2212");
-
   // The robot seen from above: its body, and its wheels with a mark that points ahead.
   const circle = Array.from({ length: 41 }, (_, i) => [Math.cos((i * Math.PI) / 20), Math.sin((i * Math.PI) / 20)]);
   const wheel = (side) => [[-0.45, -0.14], [0.45, -0.14], [0.45, 0.14], [-0.45, 0.14], [-0.45, -0.14]]
@@ -53,22 +20,17 @@
         across.push(x + forward * cos - left * sin);
         up.push(y + forward * sin + left * cos);
       }
-      across.push(null);
-      up.push(null);
+      across.push(NaN);
+      up.push(NaN);
     }
     return [across, up];
   };
 
-  const player = (scenario, index) => {
+  const player = (scenario, index, drawn) => {
     const find = (name) => document.getElementById(`${name}-${index}`);
-    const [slider, button, now, path] = ["slider", "play", "now", "path"].map(find);
+    const [slider, button, now] = ["slider", "play", "now"].map(find);
     const columns = scenario.columns;
     const last = columns.t.length - 1;
-    const marked = Object.entries(scenario.figures)
-      .filter(([, figure]) => figure.marks_time)
-      .map(([name]) => find(name));
-    const traces = scenario.figures.path.data.length;
-    const moved = [traces - 3, traces - 2, traces - 1]; // reference, body, parts
     let playing = null; // timer
 
     const shown = [
@@ -92,15 +54,15 @@
     const show = () => {
       const k = Number(slider.value);
       const at = (name) => columns[name][k];
-      shown.forEach(([, name], i) => { values[i].textContent = number(at(name)); });
+      shown.forEach(([, name], i) => { values[i].textContent = Figures.number(at(name)); });
       slider.setAttribute("aria-valuetext", `${at("t")} s`);
       const pose = [at("x"), at("y"), at("theta"), scenario.robot_radius];
       const lines = [[[at("x_ref")], [at("y_ref")]], placed(body, ...pose), placed(parts, ...pose)];
-      Plotly.restyle(path, { x: lines.map(([x]) => x), y: lines.map(([, y]) => y) }, moved);
-      for (const place of marked) {
-        const across = { type: "line", xref: "x", x0: at("t"), x1: at("t"), line: markStroke };
-        Plotly.relayout(place, { shapes: [{ ...across, yref: "paper", y0: 0, y1: 1 }] });
-      }
+      drawn.path.moving.forEach((source, i) => {
+        const [x, y] = lines[i];
+        source.data = { x, y };
+      });
+      Object.values(drawn).forEach(({ markTime }) => markTime(at("t")));
     };
     const stop = () => {
       clearInterval(playing);
@@ -139,27 +101,33 @@
   };
 
   const start = async () => {
-    for (const [name, figure] of Object.entries(report.figures)) await draw(name, figure, {});
+    await Figures.load("bokeh");
+    const report = JSON.parse(await Figures.unpack("report-data"));
+    const overview = {};
+    for (const [name, figure] of Object.entries(report.figures)) {
+      overview[name] = await Figures.draw(name, figure, {});
+    }
+    const drawn = [];
     const seeks = [];
     for (const [i, scenario] of report.scenarios.entries()) {
-      const index = i + 1;
+      const figures = {};
       for (const [name, figure] of Object.entries(scenario.figures)) {
-        await draw(`${name}-${index}`, figure, scenario.columns);
+        figures[name] = await Figures.draw(`${name}-${i + 1}`, figure, scenario.columns);
       }
-      if (scenario.columns.t.length > 0) seeks.push(player(scenario, index));
+      drawn.push(figures);
+      if (scenario.columns.t.length > 0) seeks.push(player(scenario, i + 1, figures));
     }
     const seekAll = () => seeks.forEach((seek) => seek(timeAsked() ?? 0));
     seekAll();
     window.addEventListener("hashchange", () => { if (timeAsked() !== null) seekAll(); });
     document.body.dataset.drawn = "yes";
+    return { overview, drawn };
   };
 
-  const plots = () => document.querySelectorAll(".js-plotly-plot");
-  window.addEventListener("beforeprint", () => {
-    plots().forEach((place) => Plotly.relayout(place, { width: printWidth }));
+  window.report = start(); // for whoever looks at the page's figures from the console
+  window.report.catch((error) => {
+    const note = document.getElementById("no-figures");
+    note.hidden = false;
+    console.error(error);
   });
-  window.addEventListener("afterprint", () => {
-    plots().forEach((place) => Plotly.relayout(place, { autosize: true, width: null }));
-  });
-  start();
 })();

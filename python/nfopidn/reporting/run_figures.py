@@ -16,9 +16,11 @@ from nfopidn.reporting.strokes import (
     REFERENCE,
     ROBOT,
     Figure,
+    area,
     axis,
     figure,
     line,
+    markers,
     stacked,
 )
 
@@ -32,7 +34,6 @@ _CIRCLE = 24  # points of an outline
 _SMALLEST_ROBOT, _LARGEST_ROBOT = 0.065, 0.12  # its width as part of the path's extent
 
 _TIME_DIGITS = 9
-_BODY = "#f6d3a8"
 _TORQUES = ("tau_ref", "tau_fb", "tau")
 #: With all torques below this part of the limit, the limit lies beyond the figure's scale.
 _LEAST_OF_LIMIT = 0.3
@@ -100,34 +101,25 @@ def _outlines(run: SimulationResult, radius: float) -> tuple[Short, Short]:
 def path(run: SimulationResult, radius: float) -> Figure:
     """Draw the reference's and the robot's path; the page adds the robot at the slider's time."""
     outlines = _outlines(run, radius) if len(run) > 1 else ([], [])
-    grey = {"color": "#8f9fb3", "width": 1}
     points = _points(run)
     low, high = points.min(axis=0) - 2 * radius, points.max(axis=0) + 2 * radius
     ranges = [short(pair) for pair in zip(low, high, strict=True)]
-    edge = {"color": ROBOT["color"], "width": 1.5}
-    hidden = {"hoverinfo": "skip", "showlegend": False}
+    unnamed = {"legend": False, "moves": True}
     traces = [
-        line("@path_x", "@path_y", "reference", REFERENCE, hoverinfo="skip"),
-        line(*outlines, "robot along the way", grey, **hidden),
-        line("@x", "@y", "robot", ROBOT, text="@t", hovertemplate=_PATH_HOVER),
-        {
-            **line([], [], "reference at the slider's time", REFERENCE, hoverinfo="skip"),
-            "mode": "markers",
-            "marker": {"size": 9, "symbol": "diamond", "color": "#6b6b6b"},
-        },
-        line([], [], "body", edge, fill="toself", fillcolor=_BODY, **hidden),
-        line([], [], "wheels", edge, fill="toself", fillcolor=ROBOT["color"], **hidden),
+        line("@path_x", "@path_y", "reference", REFERENCE),
+        line(*outlines, "robot along the way", {"colour": "outline", "width": 1}, legend=False),
+        line("@x", "@y", "robot", ROBOT, hover=_PATH_HOVER),
+        markers([], [], _AT_TIME, "mark", fill="mark", symbol="diamond", size=10, moves=True),
+        area([], [], "body", "body", **unnamed),
+        area([], [], "wheels", "robot", **unnamed),
     ]
-    return figure(
-        traces,
-        560,
-        xaxis=axis("x [m]", range=ranges[0]),
-        yaxis=axis("y [m]", range=ranges[1], scaleanchor="x", scaleratio=1),
-        hovermode="closest",
-    )
+    across, up = axis("x [m]", range=ranges[0]), axis("y [m]", range=ranges[1])
+    return figure(traces, 560, across, up, equal=True)
 
 
-_PATH_HOVER = "t = %{text} s<br>x = %{x:.4g} m<br>y = %{y:.4g} m<extra></extra>"
+_AT_TIME = "reference at the slider's time"
+#: Label, column and unit of what is shown at a point of the path.
+_PATH_HOVER = [["t", "t", "s"], ["x", "x", "m"], ["y", "y", "m"]]
 
 
 def _end(run: SimulationResult) -> float:
@@ -145,29 +137,19 @@ def torques(run: SimulationResult) -> Figure:
     limit_name = f"limit ±{limit:g} N m" + (", beyond the scale" if beyond else "")
     traces = []
     for i, side in enumerate(("left", "right")):
-        where = {"yaxis": ("y", "y2")[i], "showlegend": i == 0}
         for column, name, stroke in (
             (f"@tau_ref_{side}", "feedforward", REFERENCE),
             (f"@tau_fb_{side}", "feedback", OTHER),
             (f"@tau_{side}", "total, limited", ROBOT),
         ):
-            held = {**stroke, "shape": "hv"}
-            traces.append(line("@t", column, name, held, legendgroup=name, **where))
+            traces.append(line("@t", column, name, stroke, panel=i, steps=True))
         ends = short([limit, limit, np.nan, -limit, -limit], 12)
-        traces.append(
-            line(
-                *(short([0, end, np.nan, 0, end], _TIME_DIGITS), ends),
-                limit_name,
-                LIMIT,
-                legendgroup="limit",
-                hoverinfo="skip",
-                **where,
-            )
-        )
+        across = short([0, end, np.nan, 0, end], _TIME_DIGITS)
+        traces.append(line(across, ends, limit_name, LIMIT, panel=i))
     found = stacked(traces, (_LABELS["left"], _LABELS["right"]), end)
     if beyond:
-        for name in ("yaxis", "yaxis2"):
-            found["layout"][name]["range"] = short([-1.1 * peak, 1.1 * peak])
+        for panel in found["panels"]:
+            panel["range"] = short([-1.1 * peak, 1.1 * peak])
     return found
 
 
@@ -175,10 +157,9 @@ def velocities(run: SimulationResult) -> Figure:
     """Draw speed and turn rate of reference and robot."""
     traces = []
     for i, name in enumerate(("v", "omega")):
-        where = {"yaxis": ("y", "y2")[i], "showlegend": i == 0}
         traces += [
-            line("@t", f"@{name}_ref", "reference", REFERENCE, legendgroup="reference", **where),
-            line("@t", f"@{name}", "robot", ROBOT, legendgroup="robot", **where),
+            line("@t", f"@{name}_ref", "reference", REFERENCE, panel=i),
+            line("@t", f"@{name}", "robot", ROBOT, panel=i),
         ]
     return stacked(traces, ("speed v [m/s]", "turn rate ω [rad/s]"), _end(run))
 
@@ -186,8 +167,8 @@ def velocities(run: SimulationResult) -> Figure:
 def errors(run: SimulationResult) -> Figure:
     """Draw the pose errors in the robot's frame."""
     traces = [
-        line("@t", "@e_x", "forward e<sub>x</sub>", ERROR_X),
-        line("@t", "@e_y", "lateral e<sub>y</sub>", ERROR_Y),
-        line("@t", "@e_theta", "heading e<sub>θ</sub>", ERROR_THETA, yaxis="y2"),
+        line("@t", "@e_x", "forward", ERROR_X),
+        line("@t", "@e_y", "lateral", ERROR_Y),
+        line("@t", "@e_theta", "heading", ERROR_THETA, panel=1),
     ]
     return stacked(traces, ("position error [m]", "heading error [rad]"), _end(run))

@@ -94,7 +94,8 @@ def largest(holds: Callable[[float], bool], low: float, high: float) -> float:
     """Give how far from `low`, where it holds, towards `high` a condition holds: by bisection.
 
     Sixteen halvings, to a hundred-thousandth of the interval; `high` if it holds there, `low` if
-    it never does.
+    it never does. (SciPy's bisect gives the last place it tried, whether or not the condition holds
+    there, and rounds its places in another way, which turns runs that are about to leave.)
     """
     if holds(high):
         return high

@@ -47,9 +47,13 @@ class Verdict:
     spectral_radius
         a sample, of the loop linearised on its orbit; nan where a long simulation is the evidence
     margin
-        of gain, phase and delay
+        of the loop's gain (lower and upper factor, the smaller in ``decibels``), ``phase`` [rad]
+        and ``delay`` [samples], and their ``source``: "linearised" on a straight line, or
+        "simulated", where the phase is nan; None if the loop is not stable or off its path
     limits
-        up to what the loop stays on its path; None if it does not stay there as it is
+        up to what the loop stays on its path, each alone: ``extra_delay`` [samples], ``mass``
+        (lower and upper factor), ``friction`` (share of the torque limit a wheel), ``start`` [m]
+        beside the path; None if it does not stay there as it is
     at_bound
         parameters that the search left on a bound, in words
     beyond
@@ -102,7 +106,8 @@ class Verdict:
             )
         return text
 
-    def __str__(self) -> str:
+    def rows(self) -> list[tuple[str, str]]:
+        """Give what is behind it, each with its name: stability, margins, what the loop bears."""
         rows = [("stable" if self.stable else "not stable", self.stability)]
         if self.margin is not None:
             rows += self._margin_rows(self.margin)
@@ -110,6 +115,10 @@ class Verdict:
             rows += self._limit_rows(self.limits)
         if self.at_bound:
             rows.append(("on a bound", ", ".join(self.at_bound)))
+        return rows
+
+    def __str__(self) -> str:
+        rows = self.rows()
         width = max(len(name) for name, _ in rows)
         lines = [self.line, *(f"  {name:{width}}  {text}" for name, text in rows)]
         return "\n".join([*lines, *("  " + line for line in str(self.runs).splitlines())])

@@ -100,7 +100,7 @@ def bfoa(
         saved every half second between evaluations; a block, if func is `vectorized` or `workers`
         is a map, is one evaluation.
     progress
-        Whether to show a progress bar in a terminal or notebook; needs rich.
+        Whether to show a progress bar in a terminal or notebook
 
     Returns
     -------

@@ -30,8 +30,7 @@ _LOWEST = 1e-5  # of the grid's frequencies, as part of the highest, pi / dt
 _RIPPLES, _POINTS_A_RIPPLE = 87, 8
 #: Up to here the poles are the map's eigenvalues, whose cost grows with the states' cube.
 _FEW_STATES = 200
-_REFINEMENTS = 60  # of a bracket by halves, or by the golden section
-_GOLDEN = (np.sqrt(5) - 1) / 2
+_NARROWEST = 1e-12  # interval around a peak, as part of its frequency
 
 
 @dataclass(frozen=True)
@@ -268,49 +267,28 @@ def _one_loop(wheels: Complex, index: int) -> Complex:
 
 
 def _roots(function: Callable[[Array], Array], grid: Array, values: Array) -> Array:
-    """Return the roots between points of the grid where the function has other signs.
+    """Return the roots between points of the grid where the function has other signs."""
+    from scipy.optimize.elementwise import find_root
 
-    All at once, by halves or by inverse quadratic interpolation where that is safe (Chandrupatla
-    1997).
-    """
     places = np.flatnonzero(values[:-1] * values[1:] < 0)
-    new, old = grid[places], grid[places + 1]
-    at_new, at_old = values[places], values[places + 1]
-    share = np.full(places.size, 0.5)
-    for _ in range(_REFINEMENTS if places.size else 0):
-        between = new + share * (old - new)
-        value = function(between)
-        same = np.sign(value) == np.sign(at_new)
-        last, at_last = np.where(same, new, old), np.where(same, at_new, at_old)
-        old, at_old = np.where(same, old, new), np.where(same, at_old, at_new)
-        new, at_new = between, value
-        width = np.abs(old - new)
-        least = 2 * np.finfo(float).eps * np.abs(new) / np.maximum(width, np.finfo(float).tiny)
-        if np.all((least > 0.5) | (at_new == 0)):
-            break
-        with np.errstate(divide="ignore", invalid="ignore"):
-            place = (new - old) / (last - old)
-            height = (at_new - at_old) / (at_last - at_old)
-            safe = (height**2 < place) & ((1 - height) ** 2 < 1 - place)
-            share = at_new / (at_old - at_new) * at_last / (at_old - at_last) + (last - new) / (
-                old - new
-            ) * at_new / (at_last - at_new) * at_old / (at_last - at_old)
-        share = np.where(safe, share, 0.5)
-        share = np.clip(share, np.minimum(least, 0.5), np.maximum(1 - least, 0.5))
-    return np.where(np.abs(at_new) < np.abs(at_old), new, old)
+    if not places.size:
+        return np.empty(0)
+    return np.asarray(find_root(function, (grid[places], grid[places + 1])).x, dtype=np.float64)
 
 
 def _peak(function: Callable[[Array], Array], grid: Array, values: Array) -> tuple[float, float]:
     """Return the largest value on the frequencies of the grid and between, and where it is."""
+    from scipy.optimize import minimize_scalar
+
     best = int(np.argmax(values))
-    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    for _ in range(_REFINEMENTS):
-        inner = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        left, right = function(np.array(inner))
-        low, high = (low, inner[1]) if left > right else (inner[0], high)
-    frequency = 0.5 * (low + high)
-    refined = float(function(np.array([frequency]))[0])
-    return max((refined, float(frequency)), (float(values[best]), float(grid[best])))
+    bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, len(grid) - 1)])
+    found = minimize_scalar(
+        lambda frequency: -float(function(np.array([frequency]))[0]),
+        bounds=bounds,
+        method="bounded",
+        options={"xatol": _NARROWEST * bounds[1]},
+    )
+    return max((-float(found.fun), float(found.x)), (float(values[best]), float(grid[best])))
 
 
 def _off_circle(loop: Complex) -> Array:

@@ -130,7 +130,7 @@ def open_loop_optimum(
         Names the argument, its value and what is allowed; or what of the scenario has no smooth
         form: the integrator "exact".
     ImportError
-        If CasADi (or rich, for the bar) is not installed.
+        If CasADi is not installed.
     """
     scenario = Scenario.published(rng=0) if scenario is None else scenario
     _check(scenario, controllers, maxfev, max_iter, rng)

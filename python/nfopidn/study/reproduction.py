@@ -42,7 +42,7 @@ def reproduce(
         If `seeds` is no whole number of at least 1, or the folder has a README.md that is not of a
         study.
     ImportError
-        If CasADi (or rich, for the bar) is not installed.
+        If CasADi is not installed.
     OSError
         If a file cannot be written.
     InterruptedSearchError

@@ -252,12 +252,11 @@ def test_a_progress_bar_is_for_terminals_only(command, tmp_path):
     assert "evaluations, cost" not in run.stdout
 
 
-def test_a_terminal_without_rich_has_no_bar(monkeypatch):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    assert shows_progress(quiet=False)
-    assert not shows_progress(quiet=True)
-    monkeypatch.setitem(sys.modules, "rich", None)
-    assert not shows_progress(quiet=False)
+def test_only_a_terminal_has_a_bar(monkeypatch):
+    for terminal in (True, False):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda is_one=terminal: is_one, raising=False)
+        assert shows_progress(quiet=False) == terminal
+        assert not shows_progress(quiet=True)
 
 
 def test_a_checkpoint_that_cannot_be_saved_loses_nothing(cli_tune, tmp_path, monkeypatch):

@@ -1,5 +1,7 @@
 """The report page: its figures against the library, its text, its safety, in a browser."""
 
+import base64
+import gzip
 import html
 import json
 import os
@@ -15,21 +17,23 @@ import numpy as np
 import pytest
 from nfopidn import (
     Controller,
+    Rival,
     Scenario,
     Trajectory,
     TuneResult,
     commands,
     simulate,
+    simulate_many,
     stability,
 )
 from nfopidn.reporting import page as page_module
-from nfopidn.reporting.numbers import readable, readable_power, script_json
+from nfopidn.reporting.numbers import readable, readable_power
 from nfopidn.reporting.settings import scenario_groups, value_text
 from nfopidn.reporting.words import CHOICES, CONTROLLER, METRICS, SCENARIO
 from nominal import tune
 from numpy.testing import assert_allclose
 
-LARGEST = 6_000_000  # bytes
+LARGEST = 1_600_000  # bytes
 DIGITS = {"rtol": 6e-6, "atol": 1e-12}
 RUN = (
     *("t", "x_ref", "y_ref", "theta_ref", "x", "y", "theta", "v", "omega"),
@@ -46,7 +50,8 @@ class Parsed(HTMLParser):
         self.elements, self.scripts, self.styles, self.words = [], [], [], []
         self._within = None
         self.feed(text)
-        self.data = json.loads(next(s for a, s in self.scripts if a.get("id") == "report-data"))
+        packed = next(s for a, s in self.scripts if a.get("id") == "report-data")
+        self.data = json.loads(gzip.decompress(base64.b64decode(packed)))
         self.text = re.sub(r"\s+", " ", " ".join(self.words))
 
     def handle_starttag(self, tag, attrs):
@@ -71,11 +76,12 @@ class Parsed(HTMLParser):
 def traces(figure, columns):
     """Give a figure's lines by panel and name, as x and y."""
     found = {}
-    for trace in figure["data"]:
+    columns = figure.get("columns", columns)
+    for trace in figure["traces"]:
         x, y = (
             columns[trace[k][1:]] if isinstance(trace[k], str) else trace[k] for k in ("x", "y")
         )
-        found[trace.get("yaxis", "y"), trace["name"]] = (x, y)
+        found[trace["panel"], trace["name"]] = (x, y)
     return found
 
 
@@ -110,8 +116,8 @@ def run(result):
 
 @pytest.fixture
 def plain(monkeypatch):
-    """Pages without Plotly's megabytes, which have their test."""
-    monkeypatch.setattr("plotly.offline.get_plotlyjs", lambda: "")
+    """Pages without BokehJS, which has its test."""
+    monkeypatch.setattr(page_module, "bokeh_script", str)
 
 
 def parsed(result):
@@ -131,17 +137,17 @@ def test_the_run_is_that_of_simulate(page, run):
 @pytest.mark.parametrize(
     ("figure", "panel", "name", "column"),
     [
-        ("torques", "y", "total, limited", "tau_left"),
-        ("torques", "y2", "total, limited", "tau_right"),
-        ("torques", "y", "feedforward", "tau_ref_left"),
-        ("torques", "y2", "feedforward", "tau_ref_right"),
-        ("torques", "y", "feedback", "tau_fb_left"),
-        ("torques", "y2", "feedback", "tau_fb_right"),
-        ("velocities", "y", "robot", "v"),
-        ("velocities", "y2", "robot", "omega"),
-        ("errors", "y", "forward e<sub>x</sub>", "e_x"),
-        ("errors", "y", "lateral e<sub>y</sub>", "e_y"),
-        ("errors", "y2", "heading e<sub>θ</sub>", "e_theta"),
+        ("torques", 0, "total, limited", "tau_left"),
+        ("torques", 1, "total, limited", "tau_right"),
+        ("torques", 0, "feedforward", "tau_ref_left"),
+        ("torques", 1, "feedforward", "tau_ref_right"),
+        ("torques", 0, "feedback", "tau_fb_left"),
+        ("torques", 1, "feedback", "tau_fb_right"),
+        ("velocities", 0, "robot", "v"),
+        ("velocities", 1, "robot", "omega"),
+        ("errors", 0, "forward", "e_x"),
+        ("errors", 0, "lateral", "e_y"),
+        ("errors", 1, "heading", "e_theta"),
     ],
 )
 def test_a_line_shows_its_column_against_time(figure, panel, name, column, page, run):
@@ -155,14 +161,14 @@ def test_references_and_limits_are_drawn(page, result):
     (scenario,) = page.data["scenarios"]
     trajectory = result.scenario.trajectory
     lines = traces(scenario["figures"]["velocities"], scenario["columns"])
-    assert_allclose(numbers(lines["y", "reference"][1]), trajectory.v, **DIGITS)
-    assert_allclose(numbers(lines["y2", "reference"][1]), trajectory.omega, **DIGITS)
-    for panel in ("y", "y2"):
+    assert_allclose(numbers(lines[0, "reference"][1]), trajectory.v, **DIGITS)
+    assert_allclose(numbers(lines[1, "reference"][1]), trajectory.omega, **DIGITS)
+    for panel in (0, 1):
         lines = traces(scenario["figures"]["torques"], scenario["columns"])
         limit = next(y for (at, name), (_, y) in lines.items() if at == panel and "limit ±" in name)
         assert limit == [3.078, 3.078, None, -3.078, -3.078]
     lines = traces(scenario["figures"]["path"], scenario["columns"])
-    assert_allclose(numbers(lines["y", "reference"]), [trajectory.x, trajectory.y], **DIGITS)
+    assert_allclose(numbers(lines[0, "reference"]), [trajectory.x, trajectory.y], **DIGITS)
 
 
 @pytest.mark.usefixtures("plain")
@@ -172,22 +178,21 @@ def test_a_limit_far_away_does_not_flatten_the_torques(limit, beyond, result):
     run = simulate(scenario, result.controller)
     (shown,) = parsed(TuneResult({**result, "scenario": scenario})).data["scenarios"]
     figure = shown["figures"]["torques"]
-    names = {trace["name"] for trace in figure["data"]}
+    names = {trace["name"] for trace in figure["traces"]}
     assert (f"limit ±{limit:g} N m, beyond the scale" in names) == beyond
     assert (f"limit ±{limit:g} N m" in names) != beyond
     feedback = np.abs([run.columns[f"tau_fb_{side}"] for side in ("left", "right")]).max()
-    reaches = [figure["layout"][axis].get("range", [-9, 9])[1] for axis in ("yaxis", "yaxis2")]
+    reaches = [panel.get("range", [-9, 9])[1] for panel in figure["panels"]]
     assert min(reaches) > max(feedback, run.metrics["torque_peak"])
     assert not beyond or max(reaches) < limit
 
 
 def test_the_path_has_equal_scales_and_outlines_of_the_robot(page, run):
     (scenario,) = page.data["scenarios"]
-    layout = scenario["figures"]["path"]["layout"]
-    assert (layout["yaxis"]["scaleanchor"], layout["yaxis"]["scaleratio"]) == ("x", 1)
+    assert scenario["figures"]["path"]["equal"]
     lines = traces(scenario["figures"]["path"], scenario["columns"])
-    assert_allclose(numbers(lines["y", "robot"]), run.pose[:, :2].T, **DIGITS)
-    outlines = numbers(lines["y", "robot along the way"])
+    assert_allclose(numbers(lines[0, "robot"]), run.pose[:, :2].T, **DIGITS)
+    outlines = numbers(lines[0, "robot along the way"])
     gaps = np.flatnonzero(np.isnan(outlines[0]))
     for outline in np.split(outlines, gaps + 1, axis=1)[:-1]:
         centre, circle = outline[:, 0], outline[:, 1:-1]
@@ -203,21 +208,20 @@ def test_the_path_has_equal_scales_and_outlines_of_the_robot(page, run):
 def test_every_axis_has_a_title_with_its_unit(page):
     (scenario,) = page.data["scenarios"]
     figures = page.data["figures"] | scenario["figures"]
-    assert len(figures) == 7
+    assert len(figures) == 9
     for name, figure in figures.items():
-        for key, axis in figure["layout"].items():
-            if "axis" in key:
-                title = axis["title"]["text"]
-                assert title == "evaluations of the cost" or re.search(r"\[.+\]", title), (
-                    name,
-                    key,
-                )
+        for axis in [figure["x"], *figure["panels"]]:
+            title = axis["title"]
+            assert title in ("evaluations of the cost", "") or re.search(r"\[.+\]", title), (
+                name,
+                axis,
+            )
 
 
 def test_the_convergence_is_the_history(page, result):
     lines = traces(page.data["figures"]["convergence"], {})
     for name, column in (("best so far", "best"), ("mean of the cells", "mean")):
-        x, y = lines["y", name]
+        x, y = lines[0, name]
         assert_allclose(numbers(x), result.history["nfev"])
         finite = np.isfinite(result.history[column])
         assert_allclose(numbers(y)[finite], result.history[column][finite], **DIGITS)
@@ -244,14 +248,14 @@ def test_stability_is_that_of_the_library(page, result):
 def test_the_basin_is_that_of_the_library(result):
     scenario, controller = Scenario.published(rng=0), Controller.published()
     page = parsed(TuneResult({**result, "scenario": scenario, "controller": controller}))
-    heat, *others = page.data["scenarios"][0]["figures"]["basin"]["data"]
-    assert heat["type"] == "heatmap"
+    heat, *others = page.data["scenarios"][0]["figures"]["basin"]["traces"]
+    assert heat["kind"] == "map"
     found = stability.basin(scenario, controller, x=heat["x"], y=heat["y"])
     finite = np.isfinite(found.position_error)
     assert 0 < finite.sum() < finite.size == 41 * 41
     shown = numbers(heat["z"])
     assert np.array_equal(np.isfinite(shown), finite)
-    assert_allclose(10 ** shown[finite], np.maximum(found.position_error[finite], 0.01), rtol=2e-3)
+    assert_allclose(shown[finite], found.position_error[finite], rtol=1e-3)
     lines = {trace["name"]: trace for trace in others}
     assert len(lines["diverges"]["x"]) == (~finite).sum()
     sides = [np.diff(found.converged.astype(int), axis=axis) for axis in (0, 1)]
@@ -272,14 +276,101 @@ def test_the_basin_is_that_of_the_library(result):
     assert f"{found.share:.1%} end within 0.3 m" in page.text
 
 
+def judged(result):
+    """A result's family, and what the page's figure shows of it by name."""
+    page = parsed(result)
+    figures = page.data["figures"]
+    by_name = {}
+    for trace in figures["variations"]["traces"]:
+        by_name.setdefault(trace["name"], trace)
+    return page, figures, by_name
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_costs_are_those_of_the_verdict_and_of_lqr(result):
+    _, figures, shown = judged(result)
+    family = result.scenario.variations("standard")
+    labels = [label.replace("\n", " ") for label in figures["variations"]["panels"][0]["labels"]]
+    assert labels == list(family.names)
+    lqr = simulate_many(family, Rival("lqr"))
+    assert lqr.diverged.any()
+    for name, runs in (("tuned", result.verdict.runs), ("LQR", lqr)):
+        kept = ~runs.diverged
+        assert_allclose(shown[name]["x"], runs.costs[kept], **DIGITS)
+        rows = np.arange(len(family))[::-1][kept]
+        assert np.abs(np.array(shown[name]["y"]) - rows).max() < 0.3
+        names = np.array(family.names)[kept]
+        assert shown[name]["columns"]["name"] == names.tolist()
+    assert figures["variations"]["x"]["log"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_diverges_is_red_and_has_the_word(result):
+    controller = Controller.published(form="incremental")
+    page, figures, shown = judged(TuneResult({**result, "controller": controller}))
+    family = result.scenario.variations("standard")
+    lost = simulate_many(family, controller).diverged
+    assert lost.all()
+    assert shown["tuned"]["x"] == []
+    words = shown[""]["columns"]["text"]
+    lqr = simulate_many(family, Rival("lqr")).diverged
+    assert words == ["tuned, LQR diverge" if one else "tuned diverges" for one in lqr]
+    assert shown["diverges"]["y"] == list(range(len(family)))[::-1]
+    assert shown["diverges"]["colour"] == shown[""]["colour"] == "bad"
+    bundle = [trace for trace in figures["bundle"]["traces"] if trace["name"] != "reference"]
+    assert [trace["name"] for trace in bundle] == [f"{name}: diverges" for name in family.names]
+    assert {trace["colour"] for trace in bundle} == {"bad"}
+    for title in ("Gain", "Phase", "Delay"):
+        assert re.search(rf"{title} +red: not stable", page.text)
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_bundle_has_the_path_of_each_variation(result):
+    _, figures, _ = judged(result)
+    family = result.scenario.variations("standard")
+    reference, *lines = figures["bundle"]["traces"]
+    path = result.scenario.trajectory
+    assert_allclose([reference["x"], reference["y"]], [path.x, path.y], **DIGITS)
+    assert len(lines) == len(family)
+    for trace in lines:
+        (name,) = set(trace["columns"]["name"])
+        run = simulate(family[name], result.controller)
+        assert_allclose(np.transpose([trace["x"], trace["y"]]), run.pose[:, :2], atol=1e-3)
+    assert {name for trace in lines for name in trace["columns"]["name"]} == set(family.names)
+
+
+def test_the_margins_are_those_of_the_verdict(page, result):
+    margin, limits = result.verdict.margin, result.verdict.limits
+    assert f"Gain {margin.decibels:.3g} dB" in page.text
+    assert margin.source == "simulated"  # of which there is no phase
+    assert "Phase not known" in page.text
+    assert limits.extra_delay == 0
+    assert "Delay 0 samples, red: under 1 sample" in page.text
+    kinds = [a["class"] for _, a in page.elements if a.get("class", "").startswith("margin")]
+    assert kinds[0] in ("margin green", "margin amber")
+    assert kinds[1:] == ["margin green", "margin red"]
+    for name, text in result.verdict.rows():
+        assert f"{name.capitalize()} {text}" in page.text
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_reference_that_never_moves_has_no_robustness(result):
+    still = Scenario(Trajectory.from_samples([0, 0, 0, 0], [0, 0, 0, 0], dt=0.2), rng=0)
+    page = parsed(TuneResult({**result, "scenario": still}))
+    assert set(page.data["figures"]) == {"convergence"}
+    assert not any(a.get("id") == "robustness" for _, a in page.elements)
+
+
 # The text
 
 
 def test_the_gains_and_orders_are_written(page, result):
     controller = result.controller
-    for i in range(3):
-        row = [*controller.gains[i], controller.alpha[i], controller.sigma[i]]
-        assert " ".join(readable(value, 6) for value in row) in re.sub(r" +", " ", page.text)
+    text = re.sub(r" +", " ", page.text)
+    columns = (*controller.gains.T, controller.alpha, controller.sigma)
+    names = ("k p", "k i", "k d", "\N{GREEK SMALL LETTER ALPHA}", "\N{GREEK SMALL LETTER SIGMA}")
+    for name, row in zip(names, columns, strict=True):
+        assert f"{name} " + " ".join(readable(value, 6) for value in row) in text
 
 
 def test_the_metrics_are_written_with_units(page, run):
@@ -426,7 +517,7 @@ def test_the_page_loads_nothing(page):
 
 
 def test_the_page_is_small_and_the_same_each_time(path, result, tmp_path):
-    assert 1_000_000 < path.stat().st_size < LARGEST
+    assert 400_000 < path.stat().st_size < LARGEST
     again = nfopidn.report(TuneResult.from_json(path.parent / "result.json"), tmp_path / "a.html")
     assert again == tmp_path / "a.html"
     assert again.read_bytes() == path.read_bytes()
@@ -447,16 +538,16 @@ def test_text_from_the_file_stays_text(field, result, tmp_path):
     (tmp_path / "result.json").write_text(json.dumps(document))
     nfopidn.report(tmp_path / "result.json", tmp_path / "report.html")
     page = Parsed((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert len(page.scripts) == 3
+    assert len(page.scripts) == 4
     assert re.sub(r"\s+", " ", HOSTILE).strip() in page.text
 
 
-def test_json_cannot_end_its_script():
-    text = script_json({"</script>": "<!--&>\u2028"})
-    assert not set("<>&\u2028") & set(text)
-    assert json.loads(text) == {"</script>": "<!--&>\u2028"}
+def test_what_is_packed_cannot_end_its_script():
+    text = page_module.packed("</script><!--&>\u2028")
+    assert re.fullmatch(r"[A-Za-z0-9+/=]+", text)
+    assert gzip.decompress(base64.b64decode(text)).decode() == "</script><!--&>\u2028"
     with pytest.raises(ValueError, match="JSON"):
-        script_json([float("nan")])
+        page_module.packed_json([float("nan")])
 
 
 # What is refused
@@ -548,12 +639,12 @@ def test_a_failed_write_leaves_the_old_page(path, tmp_path, capsys):
     assert os.listdir(tmp_path) == ["report.html"]
 
 
-@pytest.mark.parametrize("missing", ["jinja2", "plotly.offline"])
+@pytest.mark.parametrize("missing", ["jinja2", "bokeh.resources"])
 def test_a_missing_extra_is_named(missing, path, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, missing, None)
     target = tmp_path / "report.html"
     assert commands.main(["report", str(path.parent / "result.json"), "-o", str(target)]) == 2
-    expected = "nfopidn: a report needs Jinja2 and Plotly: pip install 'nfopidn[report]'\n"
+    expected = "nfopidn: a report needs Bokeh: pip install 'nfopidn[report]'\n"
     assert capsys.readouterr().err == expected
     assert not target.exists()
 
@@ -566,8 +657,8 @@ def test_what_is_no_result_is_refused(wrong, tmp_path):
         nfopidn.report(TuneResult(fun=1.0), tmp_path / "report.html")
 
 
-def test_importing_the_library_brings_neither_jinja_nor_plotly():
-    code = "import sys, nfopidn, nfopidn.commands; print({'jinja2', 'plotly'} & set(sys.modules))"
+def test_importing_the_library_brings_neither_jinja_nor_bokeh():
+    code = "import sys, nfopidn, nfopidn.commands; print({'jinja2', 'bokeh'} & set(sys.modules))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout == "set()\n"
 
@@ -577,36 +668,96 @@ def test_importing_the_library_brings_neither_jinja_nor_plotly():
 PROBE = """
 <script>
 const seen = {};
-const after = (time, step) => setTimeout(step, time);
-const look = (name) => {
-  const body = document.getElementById("path-1").data.at(-2);
-  const mark = document.getElementById("errors-1").layout.shapes[0];
-  seen[name] = {
-    now: document.getElementById("now-1").textContent,
-    slider: Number(document.getElementById("slider-1").value),
-    button: document.getElementById("play-1").textContent,
-    x: body.x, y: body.y, mark: mark.x0,
+const after = (time) => new Promise((done) => setTimeout(done, time));
+// Elements within shadow roots, too.
+const within = (root, selector) => [
+  ...root.querySelectorAll(selector),
+  ...[...root.querySelectorAll("*")]
+    .flatMap((e) => e.shadowRoot ? within(e.shadowRoot, selector) : []),
+];
+const colours = (place) => Math.max(...within(place, "canvas").map((canvas) => {
+  if (canvas.width === 0 || canvas.height === 0) return 0;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return new Set(new Uint32Array(data.buffer)).size;
+}));
+// The browser knows no pointer of these events.
+Element.prototype.setPointerCapture = Element.prototype.releasePointerCapture = () => {};
+const mouse = (place, kind, x, y) => place.dispatchEvent(new PointerEvent(kind, {
+  bubbles: true, composed: true, cancelable: true, pointerId: 1, pointerType: "mouse",
+  isPrimary: true, button: kind === "pointermove" ? -1 : 0, buttons: kind === "pointerup" ? 0 : 1,
+  clientX: x, clientY: y, view: window,
+}));
+const watch = async () => {
+  const { overview, drawn: [drawn] } = await window.report;
+  await after(500);
+  const look = (name) => {
+    const [reference, body] = drawn.path.moving;
+    seen[name] = {
+      now: document.getElementById("now-1").textContent,
+      slider: Number(document.getElementById("slider-1").value),
+      button: document.getElementById("play-1").textContent,
+      x: Array.from(body.data.x), y: Array.from(body.data.y),
+      marks: drawn.errors.marks.map((mark) => mark.location),
+    };
   };
-};
-const waiting = setInterval(() => {
-  if (!document.body.dataset.drawn) return;
-  clearInterval(waiting);
   look("opened");
+  seen.colours = {};
+  for (const place of document.querySelectorAll(".plot")) seen.colours[place.id] = colours(place);
+  const { x_range: across, y_range: up, inner_width, inner_height } = drawn.path.plots[0];
+  seen.scales = [(across.end - across.start) / inner_width, (up.end - up.start) / inner_height];
+
+  // A name in the legend hides its lines in both panels.
+  const name = within(document.getElementById("torques-1"), "*")
+    .filter((e) => e.textContent.trim() === "feedback").at(-1);
+  const hidden = () => drawn.torques.renderers.filter((r) => !r.visible).map((r) => r.name);
+  seen.hidden = [hidden()];
+  mouse(name, "pointerdown", 0, 0);
+  seen.hidden.push(hidden());
+  mouse(name, "pointerdown", 0, 0);
+  seen.hidden.push(hidden());
+
+  // The values at a point, and a part drawn larger.
+  const place = document.getElementById("torques-1");
+  place.scrollIntoView({ block: "center", behavior: "instant" });
+  await after(200);
+  const events = within(place, ".bk-events")[0];
+  const box = events.getBoundingClientRect();
+  const [x, y] = [box.left + 0.5 * box.width, box.top + 0.6 * box.height];
+  mouse(events, "pointerover", x, y);
+  mouse(events, "pointermove", x, y);
+  await after(300);
+  seen.tip = within(document, ".bk-tooltip-content").map((e) => e.textContent).join(" ");
+  const time = drawn.torques.plots[0].x_range;
+  seen.zoom = [[time.start, time.end]];
+  mouse(events, "pointerdown", x, y);
+  for (let i = 1; i <= 10; ++i) mouse(events, "pointermove", x + 15 * i, y + 3 * i);
+  mouse(events, "pointerup", x + 150, y + 30);
+  await after(300);
+  seen.zoom.push([time.start, time.end]);
+
   const slider = document.getElementById("slider-1");
   slider.value = 50;
   slider.dispatchEvent(new Event("input"));
-  after(500, () => {
-    look("moved");
-    document.getElementById("play-1").click();
-    after(2000, () => {
-      look("playing");
-      document.getElementById("play-1").click();
-      document.body.dataset.seen = JSON.stringify(seen);
-    });
-  });
-}, 50);
+  await after(500);
+  look("moved");
+  document.getElementById("play-1").click();
+  await after(2000);
+  look("playing");
+  document.getElementById("play-1").click();
+  seen.outside = performance.getEntriesByType("resource").map((entry) => entry.name);
+};
+watch().catch((error) => { seen.error = String(error.stack); })
+  .finally(() => { document.body.dataset.seen = JSON.stringify(seen); });
 </script>
 </body>"""
+
+
+#: A mouse, which a browser without a window does not have.
+MOUSE = (
+    "--blink-settings=primaryHoverType=2,availableHoverTypes=2,"
+    "primaryPointerType=4,availablePointerTypes=4"
+)
+DARK = "--blink-settings=preferredColorScheme=0"
 
 
 @pytest.fixture(scope="module")
@@ -616,11 +767,12 @@ def browser():
     if program is None:
         pytest.fail("no chromium: install it (Debian: apt-get install chromium; ./dev does)")
 
-    def opened(path, profile):
+    def opened(path, profile, *flags):
         command = [
             *(program, "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"),
             *("--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND"),
             *("--proxy-server=127.0.0.1:9", "--enable-logging=stderr", "--window-size=1280,2000"),
+            *flags,
             *("--virtual-time-budget=12000", f"--user-data-dir={profile}", "--dump-dom"),
             f"file://{path}",
         ]
@@ -636,25 +788,55 @@ def opened(path, browser, tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     probed = path.read_text(encoding="utf-8").replace("</body>", PROBE)
     (folder / "probed.html").write_text(probed, encoding="utf-8")
-    dom, console = browser(f"{folder / 'probed.html'}#t=12.1", folder / "profile")
+    dom, console = browser(f"{folder / 'probed.html'}#t=12.1", folder / "profile", MOUSE)
     assert console == []
     attribute = re.search(r'data-seen="([^"]*)"', dom)
-    assert attribute, "the page was not drawn, or its slider does not move"
-    return dom, json.loads(html.unescape(attribute[1]))
+    assert attribute, "the page was not drawn"
+    seen = json.loads(html.unescape(attribute[1]))
+    assert "error" not in seen, seen["error"]
+    return seen
 
 
 def test_a_browser_draws_every_figure(opened, page):
-    dom, _ = opened
-    for name in [*page.data["figures"], *(f"{n}-1" for n in page.data["scenarios"][0]["figures"])]:
-        part = dom.split(f'id="{name}"')[1].split("</figure>")[0]
-        assert 'class="main-svg"' in part, name
-        assert part.count('class="trace scatter') + part.count('class="hm"') > 0, name
-    assert dom.count('class="main-svg"') >= 7
+    figures = [*page.data["figures"], *(f"{n}-1" for n in page.data["scenarios"][0]["figures"])]
+    assert set(opened["colours"]) == set(figures)
+    assert len(figures) == 9
+    assert min(opened["colours"].values()) > 100  # an empty canvas has one
+    assert 'id="no-figures" hidden' in page_module._resource("page.html")
+
+
+def test_a_browser_loads_nothing(opened):
+    assert opened["outside"] == []
+
+
+def test_the_browser_s_path_has_equal_scales(opened):
+    across, up = opened["scales"]
+    assert across == pytest.approx(up, rel=1e-12)
+
+
+def test_a_name_in_the_legend_toggles_its_lines_in_both_panels(opened):
+    assert opened["hidden"] == [[], ["feedback", "feedback"], []]
+
+
+def test_a_pointer_shows_the_values_at_its_time(opened, run):
+    time = float(re.match(r"time([0-9.]+) s", opened["tip"])[1])
+    (k,) = np.flatnonzero(np.isclose(run.t, time))
+    for name, column in (("feedforward", "tau_ref"), ("feedback", "tau_fb"), ("limited", "tau")):
+        value = float(run.columns[f"{column}_left"][k])
+        shown = re.search(rf"{name}(\S+?) N m", opened["tip"])[1]
+        assert float(shown.replace("\N{MINUS SIGN}", "-")) == pytest.approx(value, rel=1e-3)
+
+
+def test_a_drag_draws_a_part_larger(opened, run):
+    (whole, part) = opened["zoom"]
+    assert whole == [0, pytest.approx(run.t[-1], abs=0.3)]
+    assert 0 < part[0] < part[1] < whole[1]
+    assert part[1] - part[0] < 0.25 * whole[1]
 
 
 @pytest.mark.parametrize(("step", "least", "most"), [("opened", 60, 61), ("moved", 50, 50)])
 def test_the_slider_moves_the_robot(step, least, most, opened, page, run):
-    seen = opened[1][step]
+    seen = opened[step]
     k = seen["slider"]
     assert least <= k <= most
     x, y, theta = run.pose[k]
@@ -663,16 +845,62 @@ def test_the_slider_moves_the_robot(step, least, most, opened, page, run):
     front = body[:, 0] - [x, y]
     assert_allclose(np.hypot(*front), page.data["scenarios"][0]["robot_radius"], rtol=1e-3)
     assert abs(np.sin((np.arctan2(*front[::-1]) - theta) / 2)) < 1e-3
-    assert seen["mark"] == pytest.approx(run.t[k])
+    assert seen["marks"] == pytest.approx([run.t[k]] * 2)
     assert seen["now"].startswith(f"t {run.t[k]:.4g} s")
     assert seen["button"] == "Play"
 
 
 def test_the_button_plays(opened):
-    before, playing = opened[1]["moved"], opened[1]["playing"]
+    before, playing = opened["moved"], opened["playing"]
     assert playing["button"] == "Pause"
     assert before["slider"] < playing["slider"]
-    assert playing["mark"] > before["mark"]
+    assert min(playing["marks"]) > max(before["marks"])
+
+
+# A window is 500 pixels wide at least; a frame in it may be as narrow as a phone.
+FRAME = """<iframe src="page.html" style="width: 360px; height: 900px"></iframe>
+<script>
+window.onmessage = ({ data }) => { document.body.dataset.seen = JSON.stringify(data); };
+</script>"""
+IN_FRAME = """
+<script>
+window.report.then(async ({ drawn: [drawn] }) => {
+  await new Promise((done) => setTimeout(done, 500));
+  const wide = (e) => e.getBoundingClientRect().right > innerWidth || e.scrollWidth > e.clientWidth;
+  const parts = [...document.querySelectorAll("table, .scroll, .cards, .margin, .plot, .now")];
+  const [plot] = drawn.path.plots;
+  parent.postMessage({
+    width: innerWidth,
+    page: document.documentElement.scrollWidth,
+    parts: parts.length,
+    wide: parts.filter(wide).map((e) => `${e.id} ${e.className} ${e.textContent.slice(0, 40)}`),
+    paper: getComputedStyle(document.body).backgroundColor,
+    plot: [plot.background_fill_color, plot.border_fill_color],
+    frame: plot.inner_width,
+  }, "*");
+});
+</script>
+</body>"""
+
+
+@pytest.mark.parametrize(
+    ("flags", "paper", "plot"),
+    [([], "rgb(255, 255, 255)", "#ffffff"), ([DARK], "rgb(22, 24, 28)", "#16181c")],
+    ids=["light", "dark"],
+)
+def test_a_phone_shows_every_column_in_the_colours_of_its_theme(
+    flags, paper, plot, path, browser, tmp_path
+):
+    text = path.read_text(encoding="utf-8").replace("</body>", IN_FRAME)
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    (tmp_path / "frame.html").write_text(FRAME)
+    dom, console = browser(tmp_path / "frame.html", tmp_path / "profile", *flags)
+    assert console == []
+    seen = json.loads(html.unescape(re.search(r'data-seen="([^"]*)"', dom)[1]))
+    assert (seen["width"], seen["page"], seen["wide"]) == (360, 360, [])
+    assert seen["parts"] > 15
+    assert 200 < seen["frame"] < 360
+    assert (seen["paper"], seen["plot"]) == (paper, [plot, plot])
 
 
 def test_the_verdict_stands_at_the_top_in_its_colour(tmp_path):
