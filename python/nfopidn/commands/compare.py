@@ -100,7 +100,7 @@ def _check_extras(arguments: argparse.Namespace) -> None:
 
 
 def _optima(scenarios: dict[str, Scenario], tell: bool) -> dict[str, float | None]:
-    """Find the best open-loop costs; of a scenario that has no smooth form there is none."""
+    """Find the best open-loop costs; of one with the exact integrator there is none."""
     from nfopidn.study import open_loop_optimum
 
     optima: dict[str, float | None] = dict.fromkeys(scenarios)

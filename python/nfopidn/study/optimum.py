@@ -16,7 +16,7 @@ from nfopidn.console import progress as progress_bar
 from nfopidn.search.interrupts import wish_to_stop
 from nfopidn.study.guesses import Guess, guesses, other_turns
 from nfopidn.study.motion import Array
-from nfopidn.study.transcription import Motion, Programme, Solution, motion_of
+from nfopidn.study.transcription import Motion, Programme, Solution
 
 #: An improvement smaller than this share of the cost is rounding.
 _GAIN = 1e-9
@@ -191,15 +191,16 @@ class _Search:
         seen: Solution | None = None
         while self.best is not None and self.best is not seen:
             seen = self.best
-            assert seen.run is not None
-            for name, motion in other_turns(self.programme.scenario, motion_of(seen.run)):
+            assert seen.motion is not None
+            for name, motion in other_turns(self.programme.scenario, seen.motion):
                 self._solve(name, partial(_given, motion))
 
     def refine(self) -> None:
         """Solve the best one's problem as closely as it can be."""
         if self.best is not None and not self.stop.is_set():
             self.report(len(self.rows), f"refining, cost {self.best.cost:.6g}")
-            self.best = self.programme.refine(self.best)
+            refined = self.programme.refine(self.best)
+            self.best = None if refined.run is None else refined
 
     def _solve(self, name: str, make: Callable[[], Motion | None]) -> None:
         if self.stop.is_set():

@@ -48,15 +48,25 @@ def motion_of(run: SimulationResult) -> Motion:
 
 @dataclass(frozen=True)
 class Solution:
-    """What the solver made of a guess: `status` in its words, and the run, if it converged."""
+    """What the solver made of a guess: `status` in its words, and what it found, if it converged.
+
+    Attributes
+    ----------
+    cost
+        eq. 41; with Coulomb friction that of the smoothed problem, until it is refined
+    run
+        the simulation of the torques; with Coulomb friction once the solution is refined
+    motion
+        the programme's own
+    rubbing
+        the friction [N m] that belongs to it
+    """
 
     status: str
+    cost: float | None = None
     run: SimulationResult | None = None
-
-    @property
-    def cost(self) -> float | None:
-        """Eq. 41 of the run."""
-        return None if self.run is None else self.run.cost
+    motion: Motion | None = None
+    rubbing: Array | None = None
 
 
 def casadi() -> Any:
@@ -193,50 +203,53 @@ class Programme:
 
         With Coulomb friction only as far as tells one guess from another; refine() goes on.
         """
-        if not self._rubbing.size:
-            found, status = self._on_its_branch(guess, _WIDTHS[0])
-            return self._run(found, status) if status == _SOLVED else Solution(status)
         self._rubbing[:] = 0
-        return self._narrow(Solution("no width converged"), guess, _WIDTHS[:_COARSE])
+        widths = _WIDTHS[:_COARSE] if self._rubbing.size else _WIDTHS[:1]
+        found, status, smooth = guess, "", None
+        for width in widths:
+            found, status, smooth = self._on_its_branch(found, width)
+            if status != _SOLVED:
+                return Solution(status)
+        if self._rubbing.size:
+            return Solution(status, smooth, None, found, self._rubbing)
+        return self._run(found, status)
 
     def refine(self, found: Solution) -> Solution:
         """Smooth Coulomb friction ever less, until that changes the cost by less than 1e-4 of it.
 
-        The solution is the best one on the way; without Coulomb friction it is the given one.
+        The solution is the best run on the way; without Coulomb friction it is the given one.
         """
-        if not self._rubbing.size or found.run is None:
+        if found.run is not None or found.motion is None or found.rubbing is None:
             return found
-        return self._narrow(found, motion_of(found.run), _WIDTHS[_COARSE - 1 :])
-
-    def _narrow(self, best: Solution, guess: Motion, widths: tuple[float, ...]) -> Solution:
-        last: float | None = None
-        for width in widths:
-            guess, status = self._on_its_branch(guess, width)
+        best, last = Solution("its run diverges"), None
+        guess, self._rubbing = found.motion, found.rubbing
+        for width in _WIDTHS[_COARSE:]:
+            guess, status, _ = self._on_its_branch(guess, width)
             if status != _SOLVED:
-                return best if best.run is not None else Solution(status)
-            found = self._run(guess, status)
-            if found.cost is None:
-                continue
-            if best.cost is None or found.cost < best.cost:
-                best = found
-            if last is not None and abs(found.cost - last) < _REFINED * last:
                 break
-            last = found.cost
+            narrow = self._run(guess, status)
+            if narrow.cost is None:
+                continue
+            if best.cost is None or narrow.cost < best.cost:
+                best = narrow
+            if last is not None and abs(narrow.cost - last) < _REFINED * last:
+                break
+            last = narrow.cost
         return best
 
-    def _on_its_branch(self, guess: Motion, width: float) -> tuple[Motion, str]:
+    def _on_its_branch(self, guess: Motion, width: float) -> tuple[Motion, str, float]:
         turns = branches(self.scenario, guess.states[:, 2])
-        status = ""
+        status, cost = "", np.inf
         for _ in range(_REBRANCHINGS):
-            guess, status = self._descend(guess, turns, width)
+            guess, status, cost = self._descend(guess, turns, width)
             if status != _SOLVED:
                 break
             before, turns = turns, branches(self.scenario, guess.states[:, 2])
             if np.array_equal(before, turns):
                 break
-        return guess, status
+        return guess, status, cost
 
-    def _descend(self, guess: Motion, turns: Array, width: float) -> tuple[Motion, str]:
+    def _descend(self, guess: Motion, turns: Array, width: float) -> tuple[Motion, str, float]:
         first = np.concatenate([guess.states.ravel(), guess.torque.ravel(), self._rubbing])
         answer = self._solver(
             x0=first, p=np.append(turns, width), lbx=self._low, ubx=self._high, lbg=0, ubg=0
@@ -244,15 +257,15 @@ class Programme:
         variables = np.array(answer["x"]).ravel()
         states, end = guess.states.size, guess.states.size + guess.torque.size
         self._rubbing = variables[end:]
-        motion = Motion(
-            variables[:states].reshape(-1, STATES), variables[states:end].reshape(-1, 2)
-        )
-        return motion, str(self._solver.stats()["return_status"])
+        torque = variables[states:end].reshape(-1, 2)
+        motion = Motion(variables[:states].reshape(-1, STATES), torque)
+        cost = float(answer["f"]) / len(torque)
+        return motion, str(self._solver.stats()["return_status"]), cost
 
     def _run(self, found: Motion, status: str) -> Solution:
         """Simulate the torques found, which keeps limit and motion to the last bit."""
         limit = self.scenario.torque_limit
         run = _core.play(self.scenario, np.clip(found.torque, -limit, limit))
-        return (
-            Solution("its run diverges") if run.diverged_at is not None else Solution(status, run)
-        )
+        if run.diverged_at is not None:
+            return Solution("its run diverges")
+        return Solution(status, run.cost, run, found)
