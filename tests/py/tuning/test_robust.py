@@ -63,7 +63,7 @@ def test_a_family_is_searched_as_it_is():
 def test_several_scenarios_have_all_their_variations():
     eight = Scenario(Trajectory.eight(period=20), rng=0)
     family = nfopidn.tune([SHORT, eight], structure="decoupled", rng=1, maxfev=20).family
-    assert len(family) == 24
+    assert len(family) == 28
     assert family.names[0] == "scenario 1/nominal"
     assert family["scenario 2/mass x1.2"].trajectory == eight.trajectory
     assert {one.integrator for one in family} == {"exact"}
