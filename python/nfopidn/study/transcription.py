@@ -126,10 +126,11 @@ class Programme:
         reference = ca.DM(scenario.reference[:, :7].T)
         state, torque = ca.SX.sym("state", STATES, count), ca.SX.sym("torque", 2, count)
         turns = ca.SX.sym("turns", 1, count)
+        position, heading, effort = scenario.cost_weights
         total = (
-            ca.sumsqr(state[:2, :] - reference[:2, :])
-            + ca.sumsqr(reference[2, :] + turns - state[2, :])
-            + ca.sumsqr(torque - reference[5:7, :])
+            position * ca.sumsqr(state[:2, :] - reference[:2, :])
+            + heading * ca.sumsqr(reference[2, :] + turns - state[2, :])
+            + effort * ca.sumsqr(torque - reference[5:7, :])
         )
         programme = {
             "x": ca.vertcat(ca.vec(state), ca.vec(torque)),

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario, simulate
 from nfopidn.families.family import Family
+from nfopidn.robustness.reference_limits import warn_of_reference_torques
 from nfopidn.search.optimise import (
     DEFAULT_EVALUATIONS,
     FIRST_STAGE,
@@ -133,9 +134,15 @@ def tune(
     ------
     ValueError
         Names the argument, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        Of a scenario whose reference torques are beyond its torque limit, with what helps.
     """
     check_robustness(robustness)
     given = scenarios_of(scenario)
+    warn_of_reference_torques("tune", given)
     family: Family | None = scenario if isinstance(scenario, Family) else None
     if robustness is not None:
         structure = "tracking" if structure is None else structure
@@ -202,8 +209,9 @@ def _divergence(result: TuneResult, worst_share: float, *, capped: bool) -> str 
     most = result.fun * max(worst_share * len(scenarios), 1.0)  # that one scenario may cost
     for place, scenario in enumerate(scenarios):
         path = scenario.trajectory
-        # A sample that is missing counts with the square of the distance of divergence.
-        if not capped and most * len(path) < 0.99 * scenario.divergence_distance**2:
+        # A sample that is missing counts as a position error of the distance of divergence.
+        missing = scenario.cost_weights[0] * scenario.divergence_distance**2
+        if not capped and most * len(path) < 0.99 * missing:
             continue
         at = simulate(scenario, result.controller).diverged_at
         if at is None:
