@@ -1,10 +1,12 @@
 """Tune for an ordinary robot by default settings; print what its position errors are then.
 
-Usage: python bench/ordinary_robot.py [--seeds 1 2 3 4 5] [--moving]
+Usage: python bench/ordinary_robot.py [--seeds 1 2 3 4 5] [--moving] [--room 1.8]
 
 A robot of 5 kg at 50 Hz with friction, on an eight of 1.2 m in 18 s. For each seed: the root mean
 square of the distance to the reference [mm] over the lap, as tuned, with one and with two samples
-of delay, and from 0.1 m beside the start; the seconds that the search took; and the verdict.
+of delay, and from 0.1 m beside the start; the seconds that the search took; and the verdict. With
+--room the search's upper bounds are for loops so many times as fast: speed gains, which are rates,
+may be so many times as high, proportional gains its square and integral gains its cube.
 """
 
 import argparse
@@ -26,6 +28,18 @@ def ordinary(*, moving=False):
         initial_velocity="reference" if moving else (0.0, 0.0),
         rng=0,
     )
+
+
+def wider_bounds(scenario, room):
+    """Give the bounds of the gains with room for loops so many times as fast."""
+    powers = {"speed_gain": 1, "kp": 2}
+    powers |= dict.fromkeys(("integral_x", "integral_y", "integral_theta"), 3)
+    return {
+        name: (low, high * room**power)
+        for name, (low, high) in nfopidn.default_bounds("tracking", scenario).items()
+        for start, power in powers.items()
+        if name.startswith(start)
+    }
 
 
 def conditions(scenario):
@@ -52,13 +66,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3, 4, 5])
     parser.add_argument("--moving", action="store_true", help="start at the reference's speed")
+    parser.add_argument("--room", type=float, default=1.0, help="for loops so many times as fast")
     arguments = parser.parse_args()
     scenario = ordinary(moving=arguments.moving)
+    bounds = None if arguments.room == 1 else wider_bounds(scenario, arguments.room)
     print("seed  nominal  delay 1  delay 2  beside [mm]  seconds  verdict")
     found = []
     for seed in arguments.seeds:
         begun = time.perf_counter()
-        result = nfopidn.tune(scenario, rng=seed)
+        result = nfopidn.tune(scenario, rng=seed, bounds=bounds)
         seconds = time.perf_counter() - begun
         found.append(errors(scenario, result.controller))
         row = "  ".join(f"{error:7.1f}" for error in found[-1])

@@ -32,8 +32,12 @@ def _asked_torques(scenario: Scenario) -> NDArray[np.float64]:
     return np.abs(scenario.replace(feedforward_limit=None).reference[:, 5:7])
 
 
-def warn_of_reference_torques(callable_name: str, scenarios: Sequence[Scenario]) -> None:
+def warn_of_reference_torques(
+    callable_name: str, scenarios: Sequence[Scenario], *, above: int = 1
+) -> None:
     """Warn of the first scenario that feeds more torque forward than the robot has.
+
+    The warning is of the line that called `callable_name`, so many calls above this one.
 
     Eq. 41 counts what of it is cut off at the torque limit, whatever the controller does. With
     "forward" heading the torques at a cusp grow with the square of the sampling rate.
@@ -50,7 +54,7 @@ def warn_of_reference_torques(callable_name: str, scenarios: Sequence[Scenario])
             f"cost counts what is beyond it: feedforward_limit={limit:g} feeds forward, and "
             "compares with, what can be driven",
             UserWarning,
-            stacklevel=3,
+            stacklevel=above + 2,
         )
         return
 

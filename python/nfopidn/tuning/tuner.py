@@ -142,7 +142,6 @@ def tune(
     """
     check_robustness(robustness)
     given = scenarios_of(scenario)
-    warn_of_reference_torques("tune", given)
     family: Family | None = scenario if isinstance(scenario, Family) else None
     if robustness is not None:
         structure = "tracking" if structure is None else structure
@@ -172,6 +171,7 @@ def tune(
     )
 
     def found() -> TuneResult:
+        warn_of_reference_torques("tune", given, above=3)
         result = search()
         if family is None:
             divergence = _divergence(result, worst_share, capped=cost_cap is not None)

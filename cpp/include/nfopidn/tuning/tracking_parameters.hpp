@@ -161,41 +161,12 @@ inline double scaled_parameter(TrackingUnit unit, double value, const TrackingSc
   return pace == 1 ? value : std::pow(value, pace);
 }
 
-// How many times as fast as on the paper's robot a loop in the box may be, in seconds. Scaled gains
-// keep the loop's pace in seconds; what samples allow is a pace in samples, which at shorter ones is
-// the faster by their ratio. The box ends at the ratio's fourth root: at the square root gains are
-// found that bear the sample of delay that they are tuned with, and no second one.
-inline double faster_loops(const TrackingScale& scale) {
-  const double pace = scale_ratio(scale.sample_time, TrackingScale().sample_time);
-  return pace < 1 ? std::sqrt(std::sqrt(1 / pace)) : 1;
-}
-
-// How much higher an upper bound is for loops so many times as fast: a speed error's gain is a
-// rate, a pose error's the square of one, and an integral's the cube.
-inline double room_for_faster_loops(TrackingUnit unit, double faster) {
-  switch (unit) {
-    case TrackingUnit::drive_speed_gain:
-    case TrackingUnit::steer_speed_gain:
-      return faster;
-    case TrackingUnit::drive_gain:
-    case TrackingUnit::steer_gain:
-      return faster * faster;
-    case TrackingUnit::drive_integral_gain:
-    case TrackingUnit::steer_integral_gain:
-      return faster * faster * faster;
-    default:
-      return 1;
-  }
-}
-
 inline std::vector<ParameterBounds> tracking_bounds(const TrackingScale& scale) {
   std::vector<ParameterBounds> bounds;
   LawNumbers<double> law = {};
-  const double faster = faster_loops(scale);
   TrackingNames<double>::each(law, [&](const char* name, double&, const TrackingBound& bound) {
-    const double room = room_for_faster_loops(bound.unit, faster);
     bounds.push_back({name, scaled_parameter(bound.unit, bound.low, scale),
-                      scaled_parameter(bound.unit, bound.high, scale) * room, bound.power});
+                      scaled_parameter(bound.unit, bound.high, scale), bound.power});
   });
   return bounds;
 }
