@@ -1,9 +1,11 @@
 """Tune the tracking law over families of scenarios; print the mean and the worst cost of each seed.
 
 Usage: python bench/families.py [--families R G J J++] [--seeds 1 2 3 4 5] [--method bfoa+]
+                                [--structure tracking]
 
-The families are those of docs/theory.md (nfopidn.families.benchmark). Means and worst costs are of
-min(E, 1). With J++ its parts on R and G are printed too.
+The families are those of nfopidn.families.benchmark. Means and worst costs are of min(E, 1). With
+J++ its parts on R and G are printed too, and what its gains cost on paths and plants that no search
+has seen (nfopidn.families.unseen). A structure may also be the name of a rival.
 """
 
 import argparse
@@ -11,11 +13,16 @@ import time
 
 import nfopidn
 import numpy as np
-from nfopidn.families import benchmark, simulate_many
+from nfopidn import Controller
+from nfopidn.families import benchmark, simulate_many, unseen
+
+UNSEEN_PATHS = 48
 
 
 def costs(family, controller):
     """Give min(E, 1) of every scenario."""
+    if isinstance(controller, Controller):
+        controller = controller.replace(robot=None)  # no warning that the family has other robots
     return np.minimum(simulate_many(family, controller).costs, 1.0)
 
 
@@ -25,17 +32,19 @@ def main():
     parser.add_argument("--families", nargs="+", default=["R", "G", "J", "J++"])
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3, 4, 5])
     parser.add_argument("--method", default="bfoa+")
+    parser.add_argument("--structure", default="tracking", help="or a rival, such as lqr")
     parser.add_argument("--maxfev", type=int, default=10_000)
     parser.add_argument("--save", help="write the controllers to SAVE-FAMILY-SEED.json")
     arguments = parser.parse_args()
-    print("family  seed  mean E   worst E  parts               seconds")
+    others = {"R": benchmark("R"), "G": benchmark("G"), "unseen": unseen(UNSEEN_PATHS)}
+    print(f"{'family':6}  {'seed':4}  {'mean E':7}  {'worst E':7}  {'parts':47}  seconds")
     for name in arguments.families:
         family = benchmark(name)
         for seed in arguments.seeds:
             begun = time.perf_counter()
             result = nfopidn.tune(
                 family,
-                structure="tracking",
+                structure=arguments.structure,
                 robustness=None,
                 method=arguments.method,
                 maxfev=arguments.maxfev,
@@ -45,11 +54,11 @@ def main():
             found = costs(family, result.controller)
             parts = ""
             if name == "J++":
-                for part in ("R", "G"):
-                    of_part = costs(benchmark(part), result.controller)
+                for part, members in others.items():
+                    of_part = costs(members, result.controller)
                     parts += f"{part} {of_part.mean():.4f}/{of_part.max():.3f} "
             print(
-                f"{name:6}  {seed:4}  {found.mean():.5f}  {found.max():.4f}  {parts:28}"
+                f"{name:6}  {seed:4}  {found.mean():.5f}  {found.max():.4f}   {parts:47}"
                 f"  {seconds:.1f}",
                 flush=True,
             )

@@ -61,6 +61,8 @@ class _ScenarioChanges(TypedDict, total=False):
     divergence_distance: float
     rng: _Seed
     model: Robot | None
+    feedforward_limit: float | None
+    cost_weights: _Numbers
 
 class _PublishedScenarioChanges(_ScenarioChanges, total=False):
     period: float
@@ -294,6 +296,8 @@ class Scenario:
         divergence_distance: float = 10.0,
         rng: _Seed = None,
         model: Robot | None = None,
+        feedforward_limit: float | None = None,
+        cost_weights: _Numbers = (1.0, 1.0, 1.0),
     ) -> None: ...
     @staticmethod
     def published(**changes: Unpack[_PublishedScenarioChanges]) -> Scenario: ...
@@ -337,6 +341,10 @@ class Scenario:
     def seed(self) -> int: ...
     @property
     def model(self) -> Robot | None: ...
+    @property
+    def feedforward_limit(self) -> float | None: ...
+    @property
+    def cost_weights(self) -> _Triple: ...
     @property
     def reference(self) -> _Array: ...
     def __eq__(self, other: object, /) -> bool: ...

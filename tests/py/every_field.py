@@ -22,6 +22,8 @@ SCENARIO = Scenario(
     divergence_distance=5.5,
     rng=2**53 - 1,
     model=Robot(9.5, 0.4, 0.4, 0.07),
+    feedforward_limit=0.9,
+    cost_weights=(2.0, 0.5, 1 / 3),
 )
 CONTROLLER = Controller(
     np.arange(9).reshape(3, 3) / 70,

@@ -115,6 +115,8 @@ def scenarios(draw):
         divergence_distance=distance,
         rng=draw(st.integers(0, 2**53)),
         model=draw(st.none() | robots),
+        feedforward_limit=draw(st.none() | logarithmic(1e-6, 1e6)),
+        cost_weights=draw(st.just((1.0, 1.0, 1.0)) | st.tuples(*[logarithmic(1e-3, 1e3)] * 3)),
     )
 
 

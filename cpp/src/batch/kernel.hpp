@@ -56,7 +56,7 @@ inline void run_lanes(const BatchJob& job, int first) {
     const double* source = job.laws + static_cast<long>(candidate) * job.law_size;
     for (int i = 0; i < job.law_size; ++i) law[i].set(lane, source[i]);
   }
-  const BoundedMeter<Wide> meter(job.inputs->divergence_distance, bound, job.inputs->samples);
+  const BoundedMeter<Wide> meter(*job.inputs, bound);
   const LoopResult<Wide> result = run_law<noisy, tracking, capacity>(job, meter, law);
   for (int lane = 0; lane < Wide::size && first + lane < job.candidates; ++lane) {
     job.costs[first + lane] = result.cost.get(lane);
@@ -77,7 +77,7 @@ inline void run_dual(const GradientJob& gradient, int first) {
       law[i].slope.set(lane, gradient.slopes[static_cast<long>(first + lane) * job.law_size + i]);
     }
   }
-  const CostMeter<Scalar> meter(job.inputs->divergence_distance);
+  const CostMeter<Scalar> meter(job.inputs->divergence_distance, job.inputs->cost_weights);
   const LoopResult<Scalar> result = run_law<noisy, tracking, capacity>(job, meter, law);
   job.costs[0] = result.cost.value;
   for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {

@@ -358,8 +358,10 @@ void bind_controller(py::module_& module) {
       "peak_speed=0.3350698998007755)\n--\n\nThe tracking law with gains for a family of robots, "
       "paths and delays, scaled to a robot (Eddie), a\nsample time [s], a torque limit of each "
       "wheel [N m] and the path's peak speed [m/s].\n\nA covariance matrix adaptation found them "
-      "for the paper's robot over 132 scenarios, outside this\nrepository: plants, paths and "
-      "speeds, and corners with a delay of one sample. The rules of scaling\nare in "
+      "for the paper's robot over the 132 scenarios of\nnfopidn.families.benchmark(\"J++\"), "
+      "outside "
+      "this repository; its own search, python bench/families.py\n--families J++ --save gains, "
+      "ends beside them, at the same mean cost, 0.0393. The rules of scaling\nare in "
       "docs/theory.md: the loop keeps its pace in seconds. tune(structure=\"tracking\") finds "
       "gains\nfor one robot, which may be faster. The robot stands in the controller's file."
       "\n\nValueError: a number out of range, or a gain beyond what a controller has.");

@@ -115,6 +115,27 @@ def _substeps(scenario: Scenario, factor: float, _: Changes) -> Changes:
     return {"substeps": scenario.substeps * int(factor)}
 
 
+def _start(scenario: Scenario, tracks: float, _: Changes) -> Changes:
+    path = scenario.trajectory
+    x, y, theta = scenario.initial_pose or (path.x[0], path.y[0], path.theta[0])
+    heading, distance = path.theta[0], tracks * scenario.robot.track_width
+    pose = (x - distance * np.sin(heading), y + distance * np.cos(heading), theta)
+    return {"initial_pose": [float(one) for one in pose]}
+
+
+def _starts_within(scenario: Scenario, combination: Mapping[str, float]) -> bool:
+    """Whether a variation's run does not begin as one that has diverged."""
+    x, y, _ = _start(scenario, combination.get("start", 0.0), {})["initial_pose"]
+    path = scenario.trajectory
+    return float(np.hypot(x - path.x[0], y - path.y[0])) < scenario.divergence_distance
+
+
+def _start_words(scenario: Scenario, tracks: float) -> tuple[str, str]:
+    distance = abs(tracks) * scenario.robot.track_width
+    side = "left" if tracks > 0 else "right"
+    return f"start {tracks:+g} track", f"starts {distance:.4g} m further to the {side}"
+
+
 #: What variations() may be given, by keyword.
 QUANTITIES: dict[str, Quantity] = {
     "mass": _robot_factor("mass", "mass", "kg"),
@@ -145,6 +166,9 @@ QUANTITIES: dict[str, Quantity] = {
         _substeps,
         lambda _, factor: (f"substeps x{factor:g}", f"{factor:g} times as many integration steps"),
     ),
+    "start": Quantity(
+        *(-100, 100, 0, False, "track widths to the left of the start"), _start, _start_words
+    ),
 }
 
 _SMALL_TURNER = {"inertia": 0.5, "track_width": 0.863}
@@ -161,6 +185,7 @@ STANDARD: dict[str, Any] = {
         {"delay": 1, **_SMALL_TURNER},
         {"delay": 1, "coulomb_friction": 0.06},
     ),
+    "start": (0.45, -0.45),
 }
 #: What is standard besides where the integrator is the semi-implicit Euler's.
 _EULER: dict[str, Any] = {"substeps": (4, 20), "corners": ({"delay": 1, "substeps": 4},)}
@@ -169,8 +194,8 @@ _EULER: dict[str, Any] = {"substeps": (4, 20), "corners": ({"delay": 1, "substep
 def variations(scenario: Scenario, which: str | None = None, **changes: Any) -> Family:
     """Give a family: a scenario as it is, and with its plant a little other.
 
-    The plant alone changes: the feedforward goes on to reckon with the scenario's model, by default
-    the robot as it was. Changes come on top of what the scenario has.
+    The plant and the start alone change: the feedforward goes on to reckon with the scenario's
+    model, by default the robot as it was. Changes come on top of what the scenario has.
 
     Parameters
     ----------
@@ -179,9 +204,11 @@ def variations(scenario: Scenario, which: str | None = None, **changes: Any) -> 
     which
         "standard": mass x1.2 and x0.8, inertia x0.5, track x0.863, Coulomb friction of 3 % and 6 %
         of the torque limit a wheel, a disturbance of 2 % of the weight and the moment that takes
-        as much torque, noise of 5 mm and 5 mrad, one sample of delay; and the corners delay with
-        inertia x0.5 and track x0.863, and delay with 6 % friction. With the semi-implicit Euler
-        integrator also 4 and 20 times the substeps, and delay with 4 times. None: `changes` alone.
+        as much torque, noise of 5 mm and 5 mrad, one sample of delay; a start 0.45 tracks further
+        to the left, and to the right, unless that is beyond the divergence distance; and the
+        corners delay with inertia x0.5 and track x0.863, and delay with 6 % friction. With the
+        semi-implicit Euler integrator also 4 and 20 times the substeps, and delay with 4 times.
+        None: `changes` alone.
     mass, inertia, track_width, wheel_radius
         Factors of the robot's, one number or several, a variation each; [0.01, 100].
     coulomb_friction
@@ -196,6 +223,9 @@ def variations(scenario: Scenario, which: str | None = None, **changes: Any) -> 
         Samples; [1, 64].
     substeps
         Factors of the integration steps; [2, 10000].
+    start
+        Track widths by which the robot starts further to the left, seen along the path at its
+        start, or to the right if negative; [-100, 100]. The reference stays.
     corners
         Mappings of the names above to one number each, which act together.
 
@@ -227,7 +257,8 @@ def variations(scenario: Scenario, which: str | None = None, **changes: Any) -> 
         if which != "standard":
             raise ValueError(f"variations: which is {shown(which)}; must be 'standard' or None")
         euler = scenario.integrator == "semi-implicit-euler"
-        wanted = [*_combinations(STANDARD), *(_combinations(_EULER) if euler else []), *wanted]
+        standard = [one for one in _combinations(STANDARD) if _starts_within(scenario, one)]
+        wanted = [*standard, *(_combinations(_EULER) if euler else []), *wanted]
     if not wanted:
         raise ValueError(
             "variations: the family is empty; give 'standard' or one of "

@@ -46,6 +46,8 @@ SCENARIO: Mapping[str, Mapping[str, Words]] = {
         "initial_pose": Words("Initial pose", "m,m,rad", "x, y, heading at the start"),
         "initial_velocity": Words("Initial velocity", "m/s,rad/s", "speed and turn rate"),
         "feedforward": Words("Feedforward", "", "the reference's torques are added"),
+        "cost_weights": Words("Cost weights", "", "of position, heading and torque errors"),
+        "feedforward_limit": Words("Feedforward limit", "N m", "of a wheel's reference torque"),
         "disturbance": Words("Disturbance", "N,N m", "forward force and moment"),
         "pose_noise": Words("Noise", "m,rad", "standard deviation of measured position, heading"),
         "delay": Words("Delay", "samples", "from measurement to applied torque"),

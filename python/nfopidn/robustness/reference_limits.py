@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from nfopidn._core import Scenario
 
@@ -23,6 +27,38 @@ def check_moves(scenario: Scenario) -> None:
         )
 
 
+def _asked_torques(scenario: Scenario) -> NDArray[np.float64]:
+    """Give what the motion needs (N, 2) [N m], whether or not all of it is fed forward."""
+    return np.abs(scenario.replace(feedforward_limit=None).reference[:, 5:7])
+
+
+def warn_of_reference_torques(
+    callable_name: str, scenarios: Sequence[Scenario], *, above: int = 1
+) -> None:
+    """Warn of the first scenario that feeds more torque forward than the robot has.
+
+    The warning is of the line that called `callable_name`, so many calls above this one.
+
+    Eq. 41 counts what of it is cut off at the torque limit, whatever the controller does. With
+    "forward" heading the torques at a cusp grow with the square of the sampling rate.
+    """
+    for scenario in scenarios:
+        limit = scenario.torque_limit
+        torque = np.abs(scenario.reference[:, 5:7]).max(axis=1)
+        if not scenario.feedforward or torque.max() <= limit:
+            continue
+        place = int(np.argmax(torque))
+        warnings.warn(
+            f"{callable_name}: the reference torques reach {torque[place]:.3g} N m, at "
+            f"{scenario.trajectory.t[place]:.4g} s; the torque limit is {limit:g} N m, and the "
+            f"cost counts what is beyond it: feedforward_limit={limit:g} feeds forward, and "
+            "compares with, what can be driven",
+            UserWarning,
+            stacklevel=above + 2,
+        )
+        return
+
+
 def beyond_the_robot(scenario: Scenario) -> tuple[str, ...]:
     """Tell what the reference asks of the true robot that it does not have, in words.
 
@@ -30,7 +66,7 @@ def beyond_the_robot(scenario: Scenario) -> tuple[str, ...]:
     speed that no torque exceeds.
     """
     path, robot, limit = scenario.trajectory, scenario.robot, scenario.torque_limit
-    torque = np.abs(scenario.reference[:, 5:7])
+    torque = _asked_torques(scenario)
     turn = 0.5 * robot.track_width * path.omega
     wheels = np.abs(np.column_stack([path.v + turn, path.v - turn])) / robot.wheel_radius
     found = []

@@ -172,10 +172,11 @@ class Programme:
         if rubs:
             opposing = scenario.coulomb_friction * speeds / ca.sqrt(speeds**2 + width**2)
             constraints.append(ca.vec(rubbing + opposing))
+        position, heading, effort = scenario.cost_weights
         total = (
-            ca.sumsqr(state[:2, :] - reference[:2, :])
-            + ca.sumsqr(reference[2, :] + turns - state[2, :])
-            + ca.sumsqr(torque - reference[5:7, :])
+            position * ca.sumsqr(state[:2, :] - reference[:2, :])
+            + heading * ca.sumsqr(reference[2, :] + turns - state[2, :])
+            + effort * ca.sumsqr(torque - reference[5:7, :])
         )
         programme = {
             "x": ca.vertcat(ca.vec(state), ca.vec(torque), ca.vec(rubbing)),

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from nfopidn._core import Controller, Rival, Scenario, simulate
 from nfopidn.families.family import Family
+from nfopidn.robustness.reference_limits import warn_of_reference_torques
 from nfopidn.search.optimise import Callback, check_settings, deny_success, returned
 from nfopidn.tuning.objective import check_share, cost_caps, scenarios_of
 from nfopidn.tuning.parameters import Search, make_search
@@ -97,6 +98,11 @@ def tune(
     ------
     ValueError
         Names the argument, its value and what is allowed.
+
+    Warns
+    -----
+    UserWarning
+        Of a scenario whose reference torques are beyond its torque limit, with what helps.
     """
 
     def found() -> TuneResult:
@@ -121,6 +127,7 @@ def tune(
         plan.workers = int(workers)
         plan.check_checkpoints(settings)
         plan.check_start()
+        warn_of_reference_torques("tune", given, above=3)
         result = plan.run(settings, callback)
         if family is None:
             divergence = _divergence(result, worst_share, capped=cap is not None)
@@ -157,8 +164,9 @@ def _divergence(result: TuneResult, worst_share: float, *, capped: bool) -> str 
     most = result.fun * max(worst_share * len(scenarios), 1.0)  # that one scenario may cost
     for place, scenario in enumerate(scenarios):
         path = scenario.trajectory
-        # A sample that is missing counts with the square of the distance of divergence.
-        if not capped and most * len(path) < 0.99 * scenario.divergence_distance**2:
+        # A sample that is missing counts as a position error of the distance of divergence.
+        missing = scenario.cost_weights[0] * scenario.divergence_distance**2
+        if not capped and most * len(path) < 0.99 * missing:
             continue
         at = simulate(scenario, result.controller).diverged_at
         if at is None:

@@ -228,6 +228,17 @@ Knobs<Scenario> scenario_knobs() {
   knobs["model"].turns = {reckon_with(&Robot<double>::mass), reckon_with(&Robot<double>::inertia),
                           reckon_with(&Robot<double>::track_width),
                           reckon_with(&Robot<double>::wheel_radius)};
+  knobs["feedforward_limit"].turns = {[](S& s) { s.feedforward_limit = 1e-3; },
+                                      [](S& s) { s.feedforward_limit = 2e-3; }};
+  knobs["cost_weights"].turns = {[](S& s) {
+                                   s.cost_weights = {2, 1, 1};
+                                 },
+                                 [](S& s) {
+                                   s.cost_weights = {1, 2, 1};
+                                 },
+                                 [](S& s) {
+                                   s.cost_weights = {1, 1, 2};
+                                 }};
   knobs["seed"].turns = {[](S& s) { s.seed = 1; }, [](S& s) { s.seed = 2; }};
   knobs["seed"].given = [](S& s) { s.pose_noise = {0.01, 0.01}; };
   return knobs;

@@ -199,6 +199,33 @@ TEST_F(Loop, ADivergedRunCostsWhatTheDesignSays) {
   EXPECT_GT(std::hypot(0.5 - next.x, -0.2 - next.y), 1.1);
 }
 
+// Light weights hide no divergence, and a missing sample costs as a position error does.
+TEST_F(Loop, TheCostCountsErrorsByTheirWeights) {
+  start = {0.5, -0.2, 3.0, 2, 0};
+  for (const double distance : {100.0, 1.1}) {
+    inputs.divergence_distance = distance;
+    for (const CostWeights<double>& weights :
+         {CostWeights<double>{2, 3, 5}, CostWeights<double>{1e-3, 0.5, 1e-2}}) {
+      inputs.cost_weights = weights;
+      Player fresh = player;
+      const Recorded recorded = run(fresh);
+      const std::size_t completed = recorded.states.size();
+      ASSERT_EQ(completed < 12, distance < 2);
+      Real sum = 0;
+      for (std::size_t k = 0; k < completed; ++k) {
+        const State<double>& s = recorded.states[k];
+        const Real theta = std::remainder(Real(0.1) - s.theta, 2 * pi);
+        sum += weights.position * (std::pow(Real(0.5) - s.x, 2) + std::pow(Real(-0.2) - s.y, 2)) +
+               weights.heading * theta * theta +
+               weights.torque * (std::pow(Real(0.3) - fresh.torques[k].left, 2) +
+                                 std::pow(Real(-0.1) - fresh.torques[k].right, 2));
+      }
+      sum += Real(12 - static_cast<int>(completed)) * weights.position * distance * distance;
+      EXPECT_TRUE(near(recorded.result.cost, sum / 12, 1e-14L));
+    }
+  }
+}
+
 TEST_F(Loop, AStateThatIsNotFiniteDiverges) {
   for (const double bad : {not_a_number<double>, infinite<double>}) {
     for (int member = 0; member < 4; ++member) {
@@ -239,7 +266,7 @@ TEST(BoundedMeter, IsLookedAtEvery32ndSample) {
     Controller<double, Fir<double, 7>> law;
     ASSERT_EQ(law.configure(ControllerSettings<double>{}, run.limits), Status::ok);
     LoopState<double> loop{run.start, DelayLine<double>(0)};
-    const BoundedMeter<double> meter(inputs.divergence_distance, bound, inputs.samples);
+    const BoundedMeter<double> meter(inputs, bound);
     const LoopResult<double> result =
         run_metered_loop<double>(run.plant, law, loop, inputs, meter, [](int, auto&&...) {});
     EXPECT_EQ(result.completed, bound == 0 ? 31 : inputs.samples);

@@ -82,6 +82,25 @@ TEST(Scenarios, ArePreparedForTheLoop) {
   EXPECT_TRUE(both[0] && both[1]);
 }
 
+TEST(Scenarios, ReferenceTorquesAreClippedAtTheirLimit) {
+  Scenario scenario = Scenario::published();
+  const PreparedRun whole = prepare(scenario);
+  scenario.feedforward_limit = 0.25;
+  const PreparedRun limited = prepare(scenario);
+  int clipped[2] = {};
+  for (std::size_t k = 0; k < whole.reference.size(); ++k) {
+    const ReferenceSample<double>& before = whole.reference[k];
+    const ReferenceSample<double>& after = limited.reference[k];
+    ASSERT_EQ(after.tau_left, std::min(std::max(before.tau_left, -0.25), 0.25));
+    ASSERT_EQ(after.tau_right, std::min(std::max(before.tau_right, -0.25), 0.25));
+    ASSERT_EQ(after.omega, before.omega);
+    clipped[0] += after.tau_left == 0.25 || after.tau_right == 0.25 ? 1 : 0;
+    clipped[1] += after.tau_left == -0.25 || after.tau_right == -0.25 ? 1 : 0;
+  }
+  EXPECT_GT(clipped[0], 0);
+  EXPECT_GT(clipped[1], 0);
+}
+
 // A reference that stands still has no speed to scale by, and the law still takes its settings.
 TEST(Scenarios, ARestingReferenceCanBeRun) {
   Scenario scenario;

@@ -88,7 +88,7 @@ def test_benchmarks_have_the_sizes_and_conditions_of_the_law():
 def test_standard_variations_are_relative_and_leave_the_model():
     family = BASE.variations("standard")
     assert family.scenarios[0] == BASE
-    assert len(family) == 12
+    assert len(family) == 14
     assert family["mass x1.2"].robot.mass == 6.0
     assert family["mass x0.8"].robot == BASE.robot.replace(mass=4.0)
     assert family["inertia x0.5"].robot.inertia == 0.04
@@ -114,6 +114,36 @@ def test_standard_variations_are_relative_and_leave_the_model():
     assert all(np.array_equal(one.reference, BASE.reference) for one in family)
 
 
+@pytest.mark.parametrize("pose", [None, (1.02, 0.03, 1.5)])
+def test_starts_beside_the_path_are_to_the_left_and_right_of_it(pose):
+    scenario = BASE.replace(initial_pose=pose)
+    path = scenario.trajectory
+    own = np.array(pose or (path.x[0], path.y[0], path.theta[0]))
+    family = scenario.variations("standard")
+    left, right = (family[f"start {side}0.45 track"] for side in "+-")
+    ahead = np.array([np.cos(path.theta[0]), np.sin(path.theta[0])])
+    for one, distance in ((left, 0.135), (right, -0.135)):
+        moved = np.array(one.initial_pose) - own
+        assert moved[:2] @ ahead == pytest.approx(0, abs=1e-12)
+        assert ahead[0] * moved[1] - ahead[1] * moved[0] == pytest.approx(distance)
+        assert moved[2] == 0
+        assert one.replace(initial_pose=pose) == scenario
+    place = family.names.index("start -0.45 track")
+    assert family.changes[place] == "starts 0.135 m further to the right"
+
+
+def test_starts_where_a_run_has_diverged_are_not_standard():
+    near = BASE.replace(initial_pose=None, divergence_distance=0.13)
+    assert not [name for name in near.variations("standard").names if name.startswith("start")]
+    with pytest.raises(ValueError, match=r"variations: start \+0.5 track: .*initial_pose is 0.1"):
+        near.variations(start=0.5)
+    # One side may be within, the other not.
+    path = near.trajectory
+    aside = near.replace(initial_pose=(path.x[0] + 0.1, path.y[0], path.theta[0]))
+    names = [name for name in aside.variations("standard").names if name.startswith("start")]
+    assert names == ["start +0.45 track"]
+
+
 def test_a_model_of_one_s_own_stays():
     model = Robot(4.0, 0.07, 0.3, 0.033)
     family = BASE.replace(model=model).variations("standard")
@@ -122,7 +152,7 @@ def test_a_model_of_one_s_own_stays():
 
 def test_euler_scenarios_are_also_integrated_finer():
     euler = BASE.replace(integrator="semi-implicit-euler", substeps=2).variations("standard")
-    assert len(euler) == 15
+    assert len(euler) == 17
     assert euler["substeps x4"].substeps == 8
     assert euler["substeps x20"].substeps == 40
     corner = euler["delay +1, substeps x4"]

@@ -446,6 +446,7 @@ def test_a_rival_has_a_table_and_no_analysis():
 
 
 @pytest.mark.usefixtures("plain")
+@pytest.mark.filterwarnings("ignore:tune. the reference torques reach 2.11 N m")
 def test_each_scenario_has_a_section_and_what_cannot_be_said_is_said():
     x = np.linspace(0, 6, 60)
     scenarios = [

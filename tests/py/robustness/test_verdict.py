@@ -118,7 +118,7 @@ def test_what_diverges_is_named():
     lost = nfopidn.simulate_many(P.variations("standard"), Controller.published()).diverged
     names = np.array(P.variations("standard").names)[lost].tolist()
     assert found.diverged == tuple(names)
-    assert f"2 of 15 variations diverge: {names[0]!r}, {names[1]!r}" in found.reasons
+    assert f"2 of 17 variations diverge: {names[0]!r}, {names[1]!r}" in found.reasons
     assert "less than one sample of delay is borne" in found.reasons
 
 
@@ -262,7 +262,7 @@ def test_the_command_tells_colours_by_its_exit_code(tmp_path, good):
     out = tmp_path / "judged.json"
     run = command("verdict", controller, "--scenario", scenario, "-o", out)
     assert run.returncode == 3
-    assert run.stdout.startswith("verdict: red: 2 of 15 variations diverge")
+    assert run.stdout.startswith("verdict: red: 2 of 17 variations diverge")
     assert read_verdict(out).colour == "red"
     assert "no --scenario; judged on the published one" not in run.stderr
     run = command("verdict", controller)
@@ -278,7 +278,7 @@ def test_export_refuses_what_is_red(tmp_path):
     words = ("export", controller, "-o", tmp_path, "--scenario", scenario)
     run = command(*words)
     assert run.returncode == 2
-    assert "is not exported, since its verdict is red: 2 of 15 variations diverge" in run.stderr
+    assert "is not exported, since its verdict is red: 2 of 17 variations diverge" in run.stderr
     assert not (tmp_path / "nfopidn.c").exists()
     assert command(*words, "--force").returncode == 0
     assert (tmp_path / "nfopidn.c").exists()

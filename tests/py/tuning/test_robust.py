@@ -60,10 +60,41 @@ def test_a_family_is_searched_as_it_is():
     assert nominal.x.tolist() == result.x.tolist()
 
 
+def test_gains_for_an_ordinary_robot_take_it_back_to_its_path():
+    """Friction alone teaches a search nothing of errors beside the path; starts there do."""
+    path = Trajectory.eight(period=18.0, dt=0.02, scale=0.3, derivatives="analytic")
+    robot = nfopidn.Robot(5.0, 0.08, 0.30, 0.033)
+    scenario = Scenario(
+        *(path, robot),
+        torque_limit=0.6,
+        coulomb_friction=0.03,
+        integrator="exact",
+        rng=0,
+    )
+    x, y, theta = path.x[0], path.y[0], path.theta[0]
+    beside = scenario.replace(
+        initial_pose=(x - 0.1 * np.sin(theta), y + 0.1 * np.cos(theta), theta)
+    )
+
+    def millimetres(one, controller):
+        return 1e3 * nfopidn.simulate(one, controller).metrics["position_rms"]
+
+    found = nfopidn.tune(scenario, rng=1, maxfev=4000)
+    assert millimetres(scenario, found.controller) < 13
+    assert millimetres(scenario.replace(delay=2), found.controller) < 16
+    assert millimetres(beside, found.controller) < 38
+    never = Family.of(
+        (name, one, "") for name, one in found.family.items() if not name.startswith("start")
+    )
+    without = nfopidn.tune(never, rng=1, maxfev=4000, structure="tracking")
+    lost = millimetres(beside, without.controller)
+    assert lost > 1.05 * millimetres(beside, found.controller)
+
+
 def test_several_scenarios_have_all_their_variations():
     eight = Scenario(Trajectory.eight(period=20), rng=0)
     family = nfopidn.tune([SHORT, eight], structure="decoupled", rng=1, maxfev=20).family
-    assert len(family) == 24
+    assert len(family) == 28
     assert family.names[0] == "scenario 1/nominal"
     assert family["scenario 2/mass x1.2"].trajectory == eight.trajectory
     assert {one.integrator for one in family} == {"exact"}
@@ -115,7 +146,8 @@ def test_bad_settings_are_refused(given, message):
 
 def test_members_that_diverge_are_named():
     """One start is beyond what any controller can bear; no candidate can do anything about it."""
-    far = SHORT.replace(torque_limit=1e-3, divergence_distance=1.0, initial_pose=(3.4, 0.3, 1))
+    weak = SHORT.replace(torque_limit=1e-3, feedforward_limit=1e-3)
+    far = weak.replace(divergence_distance=1.0, initial_pose=(3.4, 0.3, 1))
     family = Family(("easy", "hopeless"), (SHORT, far), ("", "hardly any torque"))
     result = nfopidn.tune(family, structure="decoupled", rng=1, maxfev=200)
     assert not result.success

@@ -174,8 +174,10 @@ inline Json write_scenario(const Scenario& scenario) {
   document["trajectory"] = write_trajectory(scenario.trajectory);
   document["robot"] = write_settings(scenario.robot);
   Json settings = write_settings(scenario);
-  // Documents without it are as they were before scenarios had a model.
+  // Documents without them are as they were before scenarios had them.
   if (!scenario.model) settings.erase("model");
+  if (!scenario.feedforward_limit) settings.erase("feedforward_limit");
+  if (scenario.cost_weights == Scenario{}.cost_weights) settings.erase("cost_weights");
   document.update(settings);
   return document;
 }

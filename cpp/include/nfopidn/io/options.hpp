@@ -99,10 +99,11 @@ struct Reading<Memory> {
     return text == "inf" ? Json(text) : number_or_text(text);
   }
 };
+// A speed that follows from the resolution where none is given, a limit that is none.
 template <>
 struct Reading<std::optional<double>> {
   static Json read(const std::string& text) {
-    return text == "resolution" ? Json(nullptr) : number_or_text(text);
+    return text == "resolution" || text == "none" ? Json(nullptr) : number_or_text(text);
   }
 };
 template <>

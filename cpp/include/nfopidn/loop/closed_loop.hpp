@@ -140,8 +140,9 @@ template <class Scalar, class Plant, class Law, class Observer, class SomePoll =
 constexpr LoopResult<Scalar> run_closed_loop(const Plant& plant, Law& law, LoopState<Scalar>& loop,
                                              const LoopInputs<base_t<Scalar>>& inputs,
                                              Observer&& observe, const SomePoll& poll = {}) {
-  return run_metered_loop<Scalar>(plant, law, loop, inputs,
-                                  CostMeter<Scalar>(inputs.divergence_distance), observe, poll);
+  return run_metered_loop<Scalar>(
+      plant, law, loop, inputs, CostMeter<Scalar>(inputs.divergence_distance, inputs.cost_weights),
+      observe, poll);
 }
 
 // The same from `state`, with no torque on its way to the wheels.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "nfopidn/control/reference.hpp"
+#include "nfopidn/loop/cost.hpp"
 #include "nfopidn/plant/robot.hpp"
 
 namespace nfopidn {
@@ -18,6 +19,7 @@ struct LoopInputs {
   int delay = 0;                        // samples from measurement to applied torque
   bool feedforward = true;              // the law is given the reference torques
   Base divergence_distance = Base(10);  // [m]
+  CostWeights<Base> cost_weights;
 };
 
 }  // namespace nfopidn

@@ -1,6 +1,7 @@
 // L3. A scenario: everything about a run but the controller.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -28,6 +29,7 @@ struct Scenario {
   InitialVelocity initial_velocity;
   double torque_limit = 3.078;  // [N m]
   bool feedforward = true;
+  std::optional<double> feedforward_limit;  // [N m]; none: the reference torques as they are
   Integrator integrator = Integrator::semi_implicit_euler;
   int substeps = 1;
   // Force [N] and moment [N m]: one pair for the whole run, or one a sample.
@@ -37,6 +39,7 @@ struct Scenario {
   std::array<double, 2> pose_noise = {0, 0};
   int delay = 0;
   double divergence_distance = 10;
+  std::array<double, 3> cost_weights = {1, 1, 1};  // of position, heading and torque errors
   std::uint64_t seed = 0;
 
   // The scenario of the paper's figures, as it can be read (docs/reproduction.md).
@@ -81,6 +84,12 @@ struct Scenario {
     visit(field("model", &S::model, "kg, kg m^2, m, m", any_number(),
                 "robot that feedforward torques are reckoned with; null (in words: robot): the "
                 "true one"));
+    visit(field("feedforward_limit", &S::feedforward_limit, "N m", between(1e-6, 1e6),
+                "limit of each wheel's reference torque; null (in words: none): no limit"));
+    visit(
+        field("cost_weights", &S::cost_weights, "", between(1e-6, 1e6),
+              "of the squares of position [m], heading [rad] and torque errors [N m] in the cost; "
+              "eq. 41 has 1 for each"));
   }
 };
 
@@ -100,10 +109,21 @@ struct PreparedRun {
 
 namespace detail {
 
+// What is fed forward, and what eq. 41 compares the torque with.
+inline TorquePair<double> reference_torque(const Scenario& scenario, Eigen::Index k) {
+  const Trajectory& t = scenario.trajectory;
+  TorquePair<double> torque =
+      inverse_dynamics(scenario.modelled_robot(), t.acceleration(k), t.turn_acceleration(k));
+  if (const std::optional<double>& limit = scenario.feedforward_limit) {
+    torque.left = std::clamp(torque.left, -*limit, *limit);
+    torque.right = std::clamp(torque.right, -*limit, *limit);
+  }
+  return torque;
+}
+
 inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen::Index k) {
   const Trajectory& t = scenario.trajectory;
-  const TorquePair<double> torque =
-      inverse_dynamics(scenario.modelled_robot(), t.acceleration(k), t.turn_acceleration(k));
+  const TorquePair<double> torque = reference_torque(scenario, k);
   return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
 }
@@ -166,6 +186,8 @@ inline LoopInputs<double> PreparedRun::inputs() const {
   in.delay = scenario->delay;
   in.feedforward = scenario->feedforward;
   in.divergence_distance = scenario->divergence_distance;
+  const std::array<double, 3>& weights = scenario->cost_weights;
+  in.cost_weights = {weights[0], weights[1], weights[2]};
   return in;
 }
 

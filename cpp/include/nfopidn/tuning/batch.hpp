@@ -157,8 +157,7 @@ class BatchEvaluator {
         set_numbers(law, laws + static_cast<std::ptrdiff_t>(i) * law_size());
         detail::restart(law, *run_.scenario);
         LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
-        const BoundedMeter<double> meter(inputs.divergence_distance,
-                                         bounds == nullptr ? no_bound : bounds[i], inputs.samples);
+        const BoundedMeter<double> meter(inputs, bounds == nullptr ? no_bound : bounds[i]);
         costs[i] = run_metered_loop<double>(
                        run_.plant, law, loop, inputs, meter, [](int, auto&&...) {}, run_.poll())
                        .cost;

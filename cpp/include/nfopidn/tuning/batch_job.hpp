@@ -9,16 +9,17 @@ constexpr int batch_capacity = 34;  // most taps a channel: memory 32
 
 constexpr double no_bound = __builtin_huge_val();
 
-// Takes a component as diverged once its cost over `samples` is sure to be over `bound`: it then
-// has some cost over it.
+// Takes a component as diverged once its cost over the inputs' samples is sure to be over `bound`:
+// it then has some cost over it.
 template <class Scalar>
 class BoundedMeter : public CostMeter<Scalar> {
  public:
   using Base = base_t<Scalar>;
   using M = math<Scalar>;
 
-  constexpr BoundedMeter(Base divergence_distance, const Scalar& bound, int samples)
-      : CostMeter<Scalar>(divergence_distance), most_(bound * (Base(samples) * rounding)) {}
+  constexpr BoundedMeter(const LoopInputs<Base>& inputs, const Scalar& bound)
+      : CostMeter<Scalar>(inputs.divergence_distance, inputs.cost_weights),
+        most_(bound * (Base(inputs.samples) * rounding)) {}
 
   constexpr void check_bound() {
     this->running_ = M::both(this->running_, this->sum_ <= most_);

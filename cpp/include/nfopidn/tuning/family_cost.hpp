@@ -38,7 +38,7 @@ inline double friction_cost(const Scenario& scenario) {
       sum += torque * torque;
     }
   }
-  return sum / static_cast<double>(t.size());
+  return scenario.cost_weights[2] * sum / static_cast<double>(t.size());
 }
 
 // The cap of a search over a family: 1, or ten times what friction alone costs, if that is more.

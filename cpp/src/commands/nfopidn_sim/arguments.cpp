@@ -11,13 +11,22 @@ namespace {
 
 constexpr std::size_t help_column = 34;  // behind the longest names of an option
 
+// The word for null, as the field's text tells it; "" of a field that has none.
+std::string word_for_null(const std::string& text) {
+  constexpr std::string_view before = "(in words: ";
+  const std::size_t found = text.find(before);
+  if (found == std::string::npos) return "";
+  const std::size_t begin = found + before.size();
+  return text.substr(begin, text.find(')', begin) - begin);
+}
+
 template <class Value>
-std::string default_text(const Value& field) {
+std::string default_text(const Value& field, const std::string& text_of_field) {
   if constexpr (std::is_same_v<std::decay_t<Value>, SampleTime<double>>) {
     if (!field.has_value()) return "unknown";
   }
   if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<double>>) {
-    if (!field.has_value()) return "resolution";
+    if (!field.has_value()) return word_for_null(text_of_field);
   }
   if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<Robot<double>>>) {
     if (!field.has_value()) return "robot";
@@ -65,7 +74,7 @@ void add_options(CLI::App& app, const std::string& group, const Settings& defaul
     const std::string key = field.name;
     const std::string unit = *field.unit == '\0' ? "" : " [" + std::string(field.unit) + "]";
     const std::string text = field.text + unit + choices_text<Value>() + " (default " +
-                             default_text(defaults.*field.member) + ")";
+                             default_text(defaults.*field.member, field.text) + ")";
     if constexpr (std::is_same_v<Value, bool>) {
       // Of two opposites the last one counts: they act in the order of the command line.
       const auto set = [&](const std::string& flag, const char* word, const std::string& what) {
