@@ -88,7 +88,7 @@ inline void run_rival_lanes(const RivalJob& job, int first) {
     for (int lane = 0; lane < Wide::size; ++lane) number.set(lane, sources[lane][i]);
     return number;
   };
-  const BoundedMeter<Wide> meter(job.inputs->divergence_distance, bound, job.inputs->samples);
+  const BoundedMeter<Wide> meter(*job.inputs, bound);
   const LoopResult<Wide> result = run_lane_law<Wide>(job, meter, get);
   for (int lane = 0; lane < Wide::size && first + lane < job.candidates; ++lane) {
     job.costs[first + lane] = result.cost.get(lane);
@@ -110,7 +110,7 @@ inline void run_rival_dual(const RivalGradientJob& gradient, int first) {
     }
     return number;
   };
-  const CostMeter<Scalar> meter(job.inputs->divergence_distance);
+  const CostMeter<Scalar> meter(job.inputs->divergence_distance, job.inputs->cost_weights);
   const LoopResult<Scalar> result = run_lane_law<Scalar>(job, meter, get);
   job.costs[0] = result.cost.value;
   for (int lane = 0; lane < Wide::size && first + lane < gradient.directions; ++lane) {
