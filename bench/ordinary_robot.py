@@ -1,6 +1,6 @@
 """Tune for an ordinary robot by default settings; print what its position errors are then.
 
-Usage: python bench/ordinary_robot.py [--seeds 1 2 3 4 5] [--moving] [--room 1.8]
+Usage: python bench/ordinary_robot.py [--seeds 1 2 3 4 5] [--moving] [--room 3.2]
 
 A robot of 5 kg at 50 Hz with friction, on an eight of 1.2 m in 18 s. For each seed: the root mean
 square of the distance to the reference [mm] over the lap, as tuned, with one and with two samples
