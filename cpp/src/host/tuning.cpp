@@ -1,0 +1,3 @@
+// The cost of candidates, and tunings.
+#define NFOPIDN_DEFINES_TUNING
+#include "nfopidn/rivals/tuning.hpp"
