@@ -128,7 +128,7 @@ void add_value_semantics(Class& cls, const Write& write, const Read& read) {
                        check("pickle", parse_json(text, document));
                        return read(document);
                      }));
-  // The objects are immutable but for a controller's memory, which starts afresh in a copy.
+  // The objects are immutable but for a controller's memory, which is empty in a copy.
   cls.def("__copy__", [write, read](const Object& self) { return read(write(self)); });
   cls.def("__deepcopy__",
           [write, read](const Object& self, const py::dict&) { return read(write(self)); });

@@ -103,7 +103,7 @@ void bind_rivals(py::module_& module) {
       "with: one of Rival.laws(), docs/rivals.md has their equations.\n\nParameters\n----------\n"
       "law\n    One of Rival.laws().\n**settings\n    speeds: 'measured', the law is given v and "
       "omega, or 'differenced', it takes them from the last\n    two poses. robot: the Robot that "
-      "its torques are reckoned with, by default Robot.eddie(). And\n    the law's own parameters, "
+      "its torques are computed for, by default Robot.eddie(). And\n    the law's own parameters, "
       "see Rival.describe(law): those left out are the best found for the\n    published "
       "scenario.\n\nRaises\n------\n"
       "ValueError\n    Unknown law, a parameter out of its range.");

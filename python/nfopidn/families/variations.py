@@ -194,7 +194,7 @@ _EULER: dict[str, Any] = {"substeps": (4, 20), "corners": ({"delay": 1, "substep
 def variations(scenario: Scenario, which: str | None = None, **changes: Any) -> Family:
     """Give a family: a scenario as it is, and with its plant a little other.
 
-    The plant and the start alone change: the feedforward goes on to reckon with the scenario's
+    The plant and the start alone change: the feedforward still assumes the scenario's
     model, by default the robot as it was. Changes come on top of what the scenario has.
 
     Parameters

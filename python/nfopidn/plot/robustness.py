@@ -120,7 +120,7 @@ def variation_costs(runs: Mapping[str, FamilyRuns], ax: Axes | None = None) -> A
 def path_bundle(family: Family, controller: Controller | Rival, ax: Axes | None = None) -> Axes:
     """Draw the paths that a controller drives on every scenario of a family.
 
-    They are simulated anew. A run that diverges is red and dashed until then, and is named.
+    They are simulated again. A run that diverges is red and dashed until then, and is named.
 
     Parameters
     ----------

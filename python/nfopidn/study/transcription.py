@@ -26,7 +26,7 @@ _WIDTHS = tuple(10.0 ** (-power / 2) for power in range(11))
 _COARSE = 3
 #: A narrower width that changes the run's cost by a smaller share is the last one.
 _REFINED = 1e-4
-#: Solutions after which the branch of the heading is chosen anew, at most.
+#: Solutions after which the branch of the heading is chosen again, at most.
 _REBRANCHINGS = 10
 _TOLERANCE = 1e-9
 _SOLVED = "Solve_Succeeded"

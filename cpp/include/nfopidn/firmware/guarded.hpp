@@ -20,7 +20,7 @@ enum class Bridge : unsigned char {
 // Runs a controller as long as it is given measurements and references. A bad one (NaN, infinite,
 // or so large that Scalar's arithmetic would not survive it) never reaches the law's memory. Up to
 // `hold_samples` in a row without a good one are bridged; then there is no torque until a good one
-// comes, with which the law starts afresh, without a kick. Law is a Controller, or a Bumpless
+// comes, with which the law starts again, without a kick. Law is a Controller, or a Bumpless
 // around one.
 template <class Law, class Scalar>
 class Guarded {

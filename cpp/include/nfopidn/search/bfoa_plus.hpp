@@ -2,7 +2,7 @@
 //
 // Cells start from a Latin hypercube, half of it drawn towards the box's lower corner, where a
 // controller's gains are small and its loop is stable. They compare costs by rank only, so that
-// diverging ones drown nothing. A cell tumbles in few coordinates by a step that adapts to its
+// the costs of diverging ones do not outweigh the others. A cell tumbles in few coordinates by a step that adapts to its
 // success, and swims on while that pays; or it tumbles along differences between cells of its
 // colony, with a reach and a share of coordinates learnt from what succeeded. Colonies do not see
 // each other, so that they end in different valleys. A cell never moves to a worse place. A
@@ -233,7 +233,7 @@ class BfoaPlus {
   bool looks_afar() const {
     return search_.objective().has_gradient() && search_.start.size() == 0;
   }
-  // Whether descents start anew anywhere, rather than by a jump off the best point.
+  // Whether descents start at random places, rather than by a jump off the best point.
   bool roams() const { return looks_afar() && options_.restart_points > 0; }
 
   // Descends from a point; cell k goes to where that ends, if it is better there.

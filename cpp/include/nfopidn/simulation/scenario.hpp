@@ -24,7 +24,7 @@ struct InitialVelocity {
 struct Scenario {
   Trajectory trajectory;
   Robot<double> robot;
-  // The robot that the reference torques are reckoned with, where it is not the true one.
+  // The robot that the reference torques are computed for, where it is not the true one.
   std::optional<Robot<double>> model;
   std::optional<std::array<double, 3>> initial_pose;  // x, y [m], theta [rad]
   InitialVelocity initial_velocity;
@@ -83,7 +83,7 @@ struct Scenario {
                 "a run further than this from its reference has diverged"));
     visit(field("seed", &S::seed, "", between(0, 9007199254740992.0), "of the random draws"));
     visit(field("model", &S::model, "kg, kg m^2, m, m", any_number(),
-                "robot that feedforward torques are reckoned with; null (in words: robot): the "
+                "robot that feedforward torques are computed for; null (in words: robot): the "
                 "true one"));
     visit(field("feedforward_limit", &S::feedforward_limit, "N m", between(1e-6, 1e6),
                 "limit of each wheel's reference torque; null (in words: none): no limit"));

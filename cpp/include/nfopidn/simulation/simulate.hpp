@@ -29,7 +29,7 @@ template <class Law>
 constexpr bool
     starts_in_motion<Law, std::void_t<decltype(std::declval<Law&>().reset_in_motion())>> = true;
 
-// As after construction, for the start of a run: a law that reckons speeds is told whether the
+// As after construction, for the start of a run: a law that estimates speeds is told whether the
 // robot has the reference's speed already.
 template <class Law>
 constexpr void restart(Law& law, const Scenario& scenario) {
