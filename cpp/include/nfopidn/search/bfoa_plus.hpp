@@ -2,14 +2,15 @@
 //
 // Cells start from a Latin hypercube, half of it drawn towards the box's lower corner, where a
 // controller's gains are small and its loop is stable. They compare costs by rank only, so that
-// the costs of diverging ones do not outweigh the others. A cell tumbles in few coordinates by a step that adapts to its
-// success, and swims on while that pays; or it tumbles along differences between cells of its
-// colony, with a reach and a share of coordinates learnt from what succeeded. Colonies do not see
-// each other, so that they end in different valleys. A cell never moves to a worse place. A
-// quasi-Newton descent finishes from the best cells, then from new places, or where a good one was
-// given from jumps away from the best point. Without gradients tumbles along differences prevail,
-// one cell is descended from, and the rest looks along each coordinate, over the whole of the box,
-// for other pits: where the coordinates act apart from each other, that is where they are.
+// the costs of diverging ones do not outweigh the others. A cell tumbles in few coordinates by a
+// step that adapts to its success, and swims on while that pays; or it tumbles along differences
+// between cells of its colony, with a reach and a share of coordinates learnt from what succeeded.
+// Colonies do not see each other, so that they end in different valleys. A cell never moves to a
+// worse place. A quasi-Newton descent finishes from the best cells, then from new places, or where
+// a good one was given from jumps away from the best point. Without gradients tumbles along
+// differences prevail, one cell is descended from, and the rest looks along each coordinate, over
+// the whole of the box, for other pits: where the coordinates act apart from each other, that is
+// where they are.
 #pragma once
 
 #include "nfopidn/search/bfoa_plus_options.hpp"
