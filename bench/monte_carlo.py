@@ -156,11 +156,11 @@ def numba_loop() -> Callable[..., np.ndarray] | None:
     return run
 
 
-def rates(rounds: int) -> dict[str, float]:
-    """Return noisy runs a second on all processors, of the published controller."""
+def rates(rounds: int, noise: tuple[float, float]) -> dict[str, float]:
+    """Return runs a second on all processors, of the published controller."""
     workers = processors()
     controller = Controller.published()
-    scenario = Scenario.published(pose_noise=NOISE, rng=0)
+    scenario = Scenario.published(pose_noise=noise, rng=0)
     few, many = 1000, 40000
     draws = Draws(DRAWN, n=many, seed=1, method="independent", covariance=None)
     values = np.ascontiguousarray(draws.values(0, many)[:, [draws.names.index(n) for n in DRAWN]])
@@ -185,7 +185,7 @@ def rates(rounds: int) -> dict[str, float]:
             )
             assert (values[:50, 0] == calm.parameters["mass"]).all()
             np.testing.assert_allclose(check, calm.costs, rtol=1e-6)  # the same loop
-            work["numba"] = lambda: loop(*request, NOISE[0])
+            work["numba"] = lambda: loop(*request, noise[0])
             counts["numba"] = many
         for one in work.values():
             one()
@@ -233,14 +233,15 @@ def main() -> None:
     rubbing = friction(Controller.recommended(), arguments.rounds)
     for integrator, nanoseconds in rubbing.items():
         print(f"Coulomb friction drawn, {integrator}: {nanoseconds:.1f} ns a step and lane")
-    found = rates(arguments.rounds)
-    print(f"noisy runs a second on {processors()} processors, published controller")
-    for name, rate in found.items():
-        ratio = "" if name == "lanes" else f"   lanes are {found['lanes'] / rate:5.1f} x"
-        bar = f"   bar {BARS[name]:g} x" if name in BARS else ""
-        print(f"  {name:6} {rate:10.0f}{ratio}{bar}")
-    if "numba" not in found:
-        print("  numba is not installed")
+    for words, noise in (("noisy", NOISE), ("calm", (0.0, 0.0))):
+        found = rates(arguments.rounds, noise)
+        print(f"{words} runs a second on {processors()} processors, published controller")
+        for name, rate in found.items():
+            ratio = "" if name == "lanes" else f"   lanes are {found['lanes'] / rate:5.1f} x"
+            bar = f"   bar {BARS[name]:g} x" if name in BARS else ""
+            print(f"  {name:6} {rate:10.0f}{ratio}{bar}")
+        if "numba" not in found:
+            print("  numba is not installed")
     if arguments.million:
         million()
 
