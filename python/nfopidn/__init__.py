@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import families, fractional, pickling, plot, stability, study
+from nfopidn import families, fractional, montecarlo, pickling, plot, stability, study
 from nfopidn._core import (
     Controller,
     Rival,
@@ -14,6 +14,8 @@ from nfopidn._core import (
 from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn.export import export_c, export_cpp
 from nfopidn.families import Family, simulate_many
+from nfopidn.montecarlo.result import MonteCarloResult
+from nfopidn.montecarlo.runs import monte_carlo
 from nfopidn.reporting import report
 from nfopidn.robustness import Verdict, verdict
 from nfopidn.search.bfoa import bfoa
@@ -31,6 +33,7 @@ __all__ = [
     "Controller",
     "Family",
     "Forager",
+    "MonteCarloResult",
     "Objective",
     "OptimizeResult",
     "Rival",
@@ -48,6 +51,8 @@ __all__ = [
     "export_cpp",
     "families",
     "fractional",
+    "monte_carlo",
+    "montecarlo",
     "plot",
     "report",
     "scenario_suite",

@@ -24,6 +24,7 @@ SCENARIO = Scenario(
     model=Robot(9.5, 0.4, 0.4, 0.07),
     feedforward_limit=0.9,
     cost_weights=(2.0, 0.5, 1 / 3),
+    noise_source="counter",
 )
 CONTROLLER = Controller(
     np.arange(9).reshape(3, 3) / 70,

@@ -117,6 +117,7 @@ def scenarios(draw):
         model=draw(st.none() | robots),
         feedforward_limit=draw(st.none() | logarithmic(1e-6, 1e6)),
         cost_weights=draw(st.just((1.0, 1.0, 1.0)) | st.tuples(*[logarithmic(1e-3, 1e3)] * 3)),
+        noise_source=draw(st.sampled_from(["mersenne", "counter"])),
     )
 
 

@@ -17,13 +17,14 @@ template <int capacity, bool tracking>
 constexpr int law_capacity = channel_count* capacity +
                              (tracking ? LawParameters<double>::count : 0);
 
-template <bool noisy, bool tracking, int capacity, class Scalar, class Meter>
-inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter, const Scalar* numbers) {
-  using Filter = Fir<Scalar, capacity, lane_slack>;
-  using Variant = std::conditional_t<tracking, TrackingVariant<double>, RuntimeVariant<double>>;
-  Controller<Scalar, Filter, Variant> law;
+template <bool tracking>
+using LaneVariant = std::conditional_t<tracking, TrackingVariant<double>, RuntimeVariant<double>>;
+
+// Sets a law as it is at the start of a run.
+template <class Law, class Job, class Scalar>
+NFOPIDN_INLINE void set_law_of_lanes(Law& law, const Job& job, const Scalar* numbers) {
   law.configure_structure(*job.structure, *job.limits);
-  if constexpr (tracking) {
+  if constexpr (Law::Structure::has_tracking_law) {
     const Scalar* parameters = numbers + channel_count * job.tap_count;
     law.set_law(numbers, job.tap_count,
                 law_parameters_from<Scalar>(parameters, [](const Scalar& n) { return n; }));
@@ -36,6 +37,12 @@ inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter, const
     const int row = job.tap_count;
     law.set_taps(numbers, numbers + row, numbers + 2 * row, row);
   }
+}
+
+template <bool noisy, bool tracking, int capacity, class Scalar, class Meter>
+inline LoopResult<Scalar> run_law(const BatchJob& job, const Meter& meter, const Scalar* numbers) {
+  Controller<Scalar, Fir<Scalar, capacity, lane_slack>, LaneVariant<tracking>> law;
+  set_law_of_lanes(law, job, numbers);
   const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y), Scalar(job.start->theta),
                                Scalar(job.start->v), Scalar(job.start->omega)};
   LoopState<Scalar> loop = {start, DelayLine<Scalar>(job.inputs->delay)};

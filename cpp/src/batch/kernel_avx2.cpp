@@ -1,4 +1,5 @@
 #include "kernel.hpp"
+#include "monte_carlo_kernel.hpp"
 #include "rivals_kernel.hpp"
 
 namespace nfopidn {
@@ -10,5 +11,7 @@ void run_gradient_avx2(const GradientJob& job) { run_gradient<4, 3>(job); }
 void run_rivals_avx2(const RivalJob& job) { run_rival_batch<4>(job); }
 
 void run_rival_gradient_avx2(const RivalGradientJob& job) { run_rival_gradient<4>(job); }
+
+void run_monte_carlo_avx2(const MonteCarloJob& job) { run_monte_carlo<4, 4>(job); }
 
 }  // namespace nfopidn

@@ -1,4 +1,5 @@
 #include "kernel.hpp"
+#include "monte_carlo_kernel.hpp"
 #include "rivals_kernel.hpp"
 
 namespace nfopidn {
@@ -10,5 +11,7 @@ void run_gradient_avx512(const GradientJob& job) { run_gradient<8, 2>(job); }
 void run_rivals_avx512(const RivalJob& job) { run_rival_batch<8>(job); }
 
 void run_rival_gradient_avx512(const RivalGradientJob& job) { run_rival_gradient<8>(job); }
+
+void run_monte_carlo_avx512(const MonteCarloJob& job) { run_monte_carlo<8, 4>(job); }
 
 }  // namespace nfopidn

@@ -27,6 +27,21 @@ struct Instructions {
 #endif
     return b < a ? b : a;
   }
+  // The square root of each.
+  NFOPIDN_INLINE static Real root(const Real& a) {
+#if defined(__x86_64__)
+    if constexpr (width == 2) return _mm_sqrt_pd(a);
+#if defined(__AVX__)
+    if constexpr (width == 4) return _mm256_sqrt_pd(a);
+#endif
+#if defined(__AVX512F__)
+    if constexpr (width == 8) return _mm512_sqrt_pd(a);
+#endif
+#endif
+    Real result = a;
+    for (int i = 0; i < width; ++i) result[i] = __builtin_sqrt(a[i]);
+    return result;
+  }
   NFOPIDN_INLINE static Real larger(const Real& a, const Real& b) {
 #if defined(__x86_64__)
     if constexpr (width == 2) return _mm_max_pd(b, a);

@@ -176,6 +176,15 @@ class Stepper {
   TorquePair<V> smooth_;  // accelerations of the wheels without Coulomb friction
 };
 
+// One vector, without friction.
+template <class V>
+NFOPIDN_INLINE void unbraked_step(const Motion<V>& motion, double span, const Heading<V>& heading,
+                                  State<V>& state) {
+  move(Travel<V>::unbraked(motion, V(span)), heading, state);
+  state.v = state.v + motion.acceleration * span;
+  state.omega = state.omega + motion.turn_acceleration * span;
+}
+
 // One vector.
 template <class V>
 NFOPIDN_INLINE void exact_step(const Acceleration<double>& acceleration,
@@ -192,12 +201,7 @@ NFOPIDN_INLINE void exact_step(const Acceleration<double>& acceleration,
                             angular - state.omega * friction.angular_rate,
                             friction.linear_rate,
                             friction.angular_rate};
-  if (friction.viscous == 0) {
-    move(Travel<V>::unbraked(motion, V(span)), heading, state);
-    state.v = state.v + motion.acceleration * span;
-    state.omega = state.omega + motion.turn_acceleration * span;
-    return;
-  }
+  if (friction.viscous == 0) return unbraked_step(motion, span, heading, state);
   move(Travel<V>::by_quadrature(motion, V(span), span), heading, state);
   state.v = state.v + motion.acceleration * exact::decay<double, double, V>(motion.rate, span).phi;
   state.omega = state.omega + motion.turn_acceleration *
@@ -216,14 +220,38 @@ struct ExactMotion<Lanes<width, count>> {
                                        const FrictionCoefficients<double>& friction, double span,
                                        int substeps, const Scalar& linear, const Scalar& angular,
                                        const Heading<Scalar>& heading, State<Scalar>& state) {
+    const auto step = [&](const V& forward, const V& turning, const Heading<V>& facing,
+                          State<V>& own) {
+      lanes::exact_step(acceleration, friction, span, forward, turning, facing, own);
+    };
+    each_vector(substeps, linear, angular, heading, state, step);
+  }
+
+  // Without friction: of lanes that are a robot each.
+  NFOPIDN_NOINLINE static void glide(double span, int substeps, const Scalar& linear,
+                                     const Scalar& angular, const Heading<Scalar>& heading,
+                                     State<Scalar>& state) {
+    const auto step = [&](const V& forward, const V& turning, const Heading<V>& facing,
+                          State<V>& own) {
+      const lanes::Motion<V> motion = {own.v, own.omega, forward, turning, 0, 0};
+      lanes::unbraked_step(motion, span, facing, own);
+    };
+    each_vector(substeps, linear, angular, heading, state, step);
+  }
+
+ private:
+  template <class Step>
+  NFOPIDN_INLINE static void each_vector(int substeps, const Scalar& linear, const Scalar& angular,
+                                         const Heading<Scalar>& heading, State<Scalar>& state,
+                                         const Step& step) {
     for (int i = 0; i < count; ++i) {
       State<V> own = {part(state.x, i), part(state.y, i), part(state.theta, i), part(state.v, i),
                       part(state.omega, i)};
       Heading<V> facing = {part(heading.cosine, i), part(heading.sine, i)};
       const V forward = part(linear, i), turning = part(angular, i);
-      for (int step = 0; step < substeps; ++step) {
-        if (step > 0) facing = math<V>::heading(own.theta);
-        lanes::exact_step(acceleration, friction, span, forward, turning, facing, own);
+      for (int k = 0; k < substeps; ++k) {
+        if (k > 0) facing = math<V>::heading(own.theta);
+        step(forward, turning, facing, own);
       }
       state.x.part[i] = own.x.part[0];
       state.y.part[i] = own.y.part[0];
@@ -233,7 +261,6 @@ struct ExactMotion<Lanes<width, count>> {
     }
   }
 
- private:
   NFOPIDN_INLINE static V part(const Scalar& all, int i) {
     V one;
     one.part[0] = all.part[i];

@@ -107,6 +107,7 @@ void bind_controller(py::module_& module);
 void bind_rivals(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_tuning(py::module_& module);
+void bind_monte_carlo(py::module_& module);
 void bind_fractional(py::module_& module);
 void bind_stability(py::module_& module);
 void bind_commands(py::module_& module);

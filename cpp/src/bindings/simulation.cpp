@@ -4,6 +4,7 @@
 #include "bindings.hpp"
 #include "nfopidn/io/json_rival.hpp"
 #include "nfopidn/simulation/playback.hpp"
+#include "nfopidn/tuning/monte_carlo.hpp"
 
 namespace nfopidn::python {
 
@@ -40,8 +41,9 @@ PyResult run(const Scenario* scenario, const py::object& controller) {
   }
   const auto* rival = std::get_if<rivals::RivalDesign>(&run.driver);
   watched([&] {
-    run.result = rival != nullptr ? simulate(run.scenario, *rival)
-                                  : simulate(run.scenario, std::get<ControllerDesign>(run.driver));
+    run.result = rival != nullptr
+                     ? simulate(run.scenario, *rival)
+                     : simulate_as_drawn(run.scenario, std::get<ControllerDesign>(run.driver));
   });
   return run;
 }

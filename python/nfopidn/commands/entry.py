@@ -14,6 +14,7 @@ import nfopidn
 from nfopidn import _core
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
+from nfopidn.commands.monte_carlo import add_monte_carlo
 from nfopidn.commands.parsing import parse
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
@@ -398,6 +399,7 @@ def main(words: Sequence[str] | None = None) -> int:
     _add_tune(commands)
     _add_export(commands)
     add_compare(commands)
+    add_monte_carlo(commands)
     add_report(commands)
     add_study(commands)
     add_verdict(commands)

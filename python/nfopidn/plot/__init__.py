@@ -28,6 +28,10 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `variation_costs`          what each variation costs several controllers
 `path_bundle`              the paths driven on every scenario of a family
 `margin_bars`              gain, phase and delay margin, with their thresholds
+`cost_histogram`           costs of many runs, with a limit
+`tornado`                  which parameter drives them
+`failures`                 where in the parameters' space runs fail
+`quantile_bands`           between which errors shares of the runs lie along the path
 `overview`                 a run on one page
 ========================== ========================================================
 """
@@ -38,6 +42,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nfopidn.plot.comparisons import comparison, distances, paths
     from nfopidn.plot.filters import weights, z_plane
+    from nfopidn.plot.montecarlo import cost_histogram, failures, quantile_bands, tornado
     from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
     from nfopidn.plot.robustness import margin_bars, path_bundle, variation_costs
@@ -65,9 +70,11 @@ __all__ = [
     "control_system_schematic",
     "controller_schematic",
     "convergence",
+    "cost_histogram",
     "discretisation",
     "distances",
     "errors",
+    "failures",
     "feedback_torque",
     "feedforward_torque",
     "margin_bars",
@@ -78,7 +85,9 @@ __all__ = [
     "path",
     "path_bundle",
     "paths",
+    "quantile_bands",
     "robot_schematic",
+    "tornado",
     "total_torque",
     "variation_costs",
     "velocities",
@@ -97,6 +106,7 @@ _MODULES = (
     "stability",
     "comparisons",
     "robustness",
+    "montecarlo",
 )
 
 

@@ -47,6 +47,7 @@ SCENARIO: Mapping[str, Mapping[str, Words]] = {
         "initial_velocity": Words("Initial velocity", "m/s,rad/s", "speed and turn rate"),
         "feedforward": Words("Feedforward", "", "the reference's torques are added"),
         "cost_weights": Words("Cost weights", "", "of position, heading and torque errors"),
+        "noise_source": Words("Noise source", "", "of the draws"),
         "feedforward_limit": Words("Feedforward limit", "N m", "of a wheel's reference torque"),
         "disturbance": Words("Disturbance", "N,N m", "forward force and moment"),
         "pose_noise": Words("Noise", "m,rad", "standard deviation of measured position, heading"),

@@ -241,6 +241,8 @@ Knobs<Scenario> scenario_knobs() {
                                  }};
   knobs["seed"].turns = {[](S& s) { s.seed = 1; }, [](S& s) { s.seed = 2; }};
   knobs["seed"].given = [](S& s) { s.pose_noise = {0.01, 0.01}; };
+  knobs["noise_source"].turns = {[](S& s) { s.noise_source = NoiseSource::counter; }};
+  knobs["noise_source"].given = knobs["seed"].given;
   return knobs;
 }
 

@@ -48,6 +48,7 @@ SETTINGS = {
     "--model": ("10,0.5,0.4,0.07", "kg, kg m^2, m, m", "robot", []),
     "--feedforward-limit": ("0.5", "N m", "none", []),
     "--cost-weights": ("2,1,0.5", "", "1.0,1.0,1.0", []),
+    "--noise-source": ("counter", "", "mersenne", NOISY),
     "--seed": ("5", "", "0", NOISY),
     "--gains": ("0.2,0.7,0.8,0.7,0.2,0.3,1,1.3,0.1", "N m", "0.2797,", []),
     "--alpha": ("0.2", "", "0.1078", []),
@@ -140,6 +141,7 @@ def test_an_option_has_the_name_of_its_key_in_json(options, sim, tmp_path):
     named = {"--" + key.replace("_", "-") for key in keys}
     # These have a key where they are not at their defaults.
     named |= {"--standstill-speed", "--model", "--feedforward-limit", "--cost-weights"}
+    named |= {"--noise-source"}
     assert named == set(SETTINGS) - {"--no-feedforward"}
 
 

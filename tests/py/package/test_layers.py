@@ -35,6 +35,7 @@ MODULES = [
     "families",
     "robustness",
     "plot",
+    "montecarlo",
     "search",
     "tuning",
     "comparison",

@@ -26,6 +26,8 @@ MODULE = public(STUB.body)
 # What tune(), bfoa(), nfopidn.stability, nfopidn.fractional and the commands' files are made of:
 # they are documented, these are not.
 INNER = {
+    "DrawnRuns",
+    "drawn_parameters",
     "check_options",
     "check_sample_time",
     "check_writable",

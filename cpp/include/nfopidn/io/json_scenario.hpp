@@ -242,6 +242,7 @@ NFOPIDN_HOST Json write_scenario(const Scenario& scenario) {
   if (!scenario.model) settings.erase("model");
   if (!scenario.feedforward_limit) settings.erase("feedforward_limit");
   if (scenario.cost_weights == Scenario{}.cost_weights) settings.erase("cost_weights");
+  if (scenario.noise_source == Scenario{}.noise_source) settings.erase("noise_source");
   document.update(settings);
   return document;
 }

@@ -41,13 +41,34 @@ NFOPIDN_INLINE constexpr Measurement<Scalar> with_noise(const Measurement<Scalar
   return measured;
 }
 
+// Whether the inputs make each sample's noise when it is asked for: lanes that each have their own.
+template <class Inputs, class = void>
+constexpr bool makes_noise = false;
+template <class Inputs>
+constexpr bool
+    makes_noise<Inputs, traits::void_t<decltype(traits::declval<Inputs&>().noise_at(0))>> = true;
+
+// The law's torque where the measurement is that noise away from the pose whose errors and heading
+// are known.
+template <class Scalar, class Law>
+NFOPIDN_INLINE constexpr TorquePair<Scalar> step_with_noise(
+    Law& law, const Channels<Scalar>& error, const Heading<Scalar>& heading,
+    const Measurement<Scalar>& noise, const ReferenceSample<base_t<Scalar>>& shown) {
+  const Heading<Scalar> turn = math<Scalar>::heading(noise.theta);
+  const Channels<Scalar> measured = {error.x - noise.x, error.y - noise.y,
+                                     math<Scalar>::wrap(error.theta - noise.theta)};
+  const Heading<Scalar> facing = {heading.cosine * turn.cosine - heading.sine * turn.sine,
+                                  heading.sine * turn.cosine + heading.cosine * turn.sine};
+  return law.step(measured, facing, shown);
+}
+
 // The samples first .. last - 1. Returns `last`, or the sample at which every component had
 // diverged; the robot's state then stays as it was. Without noise the true and the measured pose
 // are one, and its cosine and sine are computed once.
-template <bool noisy, class Scalar, class Plant, class Law, class Meter, class Observer>
-constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop,
-                        const LoopInputs<base_t<Scalar>>& inputs, int first, int last, Meter& total,
-                        Observer& observe) {
+template <bool noisy, class Scalar, class Plant, class Law, class Inputs, class Meter,
+          class Observer>
+constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop, Inputs& inputs,
+                        int first, int last, Meter& total, Observer& observe) {
   using Base = base_t<Scalar>;
   constexpr int bound_check_period = 32;  // a power of two
   // Copies, so that they never leave their registers.
@@ -74,6 +95,8 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop,
     TorquePair<Scalar> torque;
     if constexpr (takes_errors<Law, Scalar> && !noisy) {
       torque = law.step(error, heading, shown);
+    } else if constexpr (makes_noise<Inputs>) {
+      torque = step_with_noise(law, error, heading, inputs.noise_at(k), shown);
     } else if constexpr (noisy) {
       torque = law.step(with_noise(exact, inputs.noise[k]), shown);
     } else {
@@ -89,9 +112,7 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop,
     const TorquePair<Scalar> applied = loop.delay.pass(torque);
     observe(k, state, torque, applied);
     // Move.
-    const Disturbance<Base>* outside = inputs.disturbance;
-    if (outside != nullptr && inputs.disturbance_by_sample) outside += k;
-    plant.advance(state, heading, applied, outside);
+    plant.advance(state, heading, applied, inputs.disturbance_at(k));
   }
   loop.robot = state;
   total = meter;
@@ -99,11 +120,11 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop,
 }
 
 // A run that the poll stops has no result: what is returned means nothing.
-template <bool noisy, class Scalar, class Plant, class Law, class Meter, class Observer,
-          class SomePoll>
+template <bool noisy, class Scalar, class Plant, class Law, class Inputs, class Meter,
+          class Observer, class SomePoll>
 constexpr LoopResult<Scalar> run_loop(const Plant& plant, Law& law, LoopState<Scalar>& loop,
-                                      const LoopInputs<base_t<Scalar>>& inputs, Meter meter,
-                                      Observer& observe, const SomePoll& poll) {
+                                      Inputs& inputs, Meter meter, Observer& observe,
+                                      const SomePoll& poll) {
   static_assert(is_plant<Plant, Scalar>, "plant.hpp tells what a plant has");
   const int samples = inputs.samples;
   int done = 0;

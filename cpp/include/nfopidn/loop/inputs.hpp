@@ -20,6 +20,11 @@ struct LoopInputs {
   bool feedforward = true;              // the law is given the reference torques
   Base divergence_distance = Base(10);  // [m]
   CostWeights<Base> cost_weights;
+
+  // What acts on the robot at sample k; may be null.
+  constexpr const Disturbance<Base>* disturbance_at(int k) const {
+    return disturbance != nullptr && disturbance_by_sample ? disturbance + k : disturbance;
+  }
 };
 
 }  // namespace nfopidn

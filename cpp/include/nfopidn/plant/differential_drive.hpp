@@ -17,14 +17,16 @@ struct ChoiceNames<Integrator> {
   static constexpr const char* names[] = {"semi-implicit-euler", "exact"};
 };
 
-template <class Base>
+// The robot's parameters may be lanes, each lane a robot of its own; the sample time is one number.
+template <class Number>
 class DifferentialDrive {
  public:
-  using Parameters = Robot<Base>;
+  using Base = base_t<Number>;
+  using Parameters = Robot<Number>;
   static constexpr int size = 5;  // numbers of State
 
   // `dt` is the sample time [s], divided into `substeps` equal steps.
-  constexpr DifferentialDrive(const Robot<Base>& robot, const Friction<Base>& friction,
+  constexpr DifferentialDrive(const Robot<Number>& robot, const Friction<Number>& friction,
                               Integrator integrator, Base dt, int substeps)
       : acceleration_(robot),
         friction_(robot, friction),
@@ -35,7 +37,8 @@ class DifferentialDrive {
         force_gain_(step_ * acceleration_.inverse_mass),
         moment_gain_(step_ * acceleration_.inverse_inertia),
         substeps_(substeps),
-        has_friction_(friction.viscous != Base(0) || friction.coulomb != Base(0)) {}
+        has_coulomb_(!math<Number>::every(friction.coulomb == Base(0))),
+        has_friction_(!math<Number>::every(friction.viscous == Base(0)) || has_coulomb_) {}
 
   constexpr bool is_exact() const { return integrator_ == Integrator::exact; }
 
@@ -43,21 +46,25 @@ class DifferentialDrive {
   template <class Scalar>
   NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
                                         const TorquePair<Scalar>& torque,
-                                        const Disturbance<Base>* outside = nullptr) const {
+                                        const Disturbance<Number>* outside = nullptr) const {
     if (integrator_ == Integrator::semi_implicit_euler) {
       euler(state, heading, torque, outside);
       for (int i = 1; i < substeps_; ++i) {
         euler(state, math<Scalar>::heading(state.theta), torque, outside);
       }
     } else {
-      const Disturbance<Base> calm = {Base(0), Base(0)};
-      const Disturbance<Base>& acting = outside != nullptr ? *outside : calm;
+      const Disturbance<Number> calm = {Number(Base(0)), Number(Base(0))};
+      const Disturbance<Number>& acting = outside != nullptr ? *outside : calm;
       const Scalar linear = acceleration_.linear(torque, acting);
       const Scalar angular = acceleration_.angular(torque, acting);
       // Moved in a copy: the caller's state never leaves its registers.
       State<Scalar> moved = state;
-      ExactMotion<Scalar>::advance(acceleration_, friction_, step_, substeps_, linear, angular,
-                                   heading, moved);
+      if constexpr (traits::is_same<Number, Base>) {
+        ExactMotion<Scalar>::advance(acceleration_, friction_, step_, substeps_, linear, angular,
+                                     heading, moved);
+      } else {
+        ExactMotion<Scalar>::glide(step_, substeps_, linear, angular, heading, moved);
+      }
       state = moved;
     }
   }
@@ -83,7 +90,7 @@ class DifferentialDrive {
   template <class Scalar>
   NFOPIDN_INLINE constexpr void euler(State<Scalar>& state, const Heading<Scalar>& heading,
                                       const TorquePair<Scalar>& torque,
-                                      const Disturbance<Base>* outside) const {
+                                      const Disturbance<Number>* outside) const {
     const Scalar sum = torque.left + torque.right;
     const Scalar difference = torque.left - torque.right;
     if (outside != nullptr) {
@@ -98,7 +105,7 @@ class DifferentialDrive {
         // The sums below with what is known before the torque summed first: it is known last, and
         // everything waits for it. Many lanes at once have no waiting to shorten.
         const Scalar coasted = before.v * step_;
-        const Base push = drive_gain_ * step_;
+        const Number push = drive_gain_ * step_;
         state.x = (state.x + coasted * heading.cosine) + sum * (heading.cosine * push);
         state.y = (state.y + coasted * heading.sine) + sum * (heading.sine * push);
         state.theta = (state.theta + before.omega * step_) + difference * (steer_gain_ * step_);
@@ -122,9 +129,9 @@ class DifferentialDrive {
   NFOPIDN_NOINLINE constexpr void apply_friction(State<Scalar>& state) const {
     state.v = state.v * (Base(1) / (Base(1) + step_ * friction_.linear_rate));
     state.omega = state.omega * (Base(1) / (Base(1) + step_ * friction_.angular_rate));
-    if (friction_.coulomb == Base(0)) return;
+    if (!has_coulomb_) return;
     const Scalar turn = state.omega * friction_.half_track;
-    const Base per_radius = Base(1) / friction_.wheel_radius;
+    const Number per_radius = Base(1) / friction_.wheel_radius;
     const TorquePair<Scalar> speeds = {(state.v + turn) * per_radius,
                                        (state.v - turn) * per_radius};
     const TorquePair<Scalar> impulse =
@@ -133,15 +140,16 @@ class DifferentialDrive {
     state.omega = state.omega + (impulse.left - impulse.right) * acceleration_.steer;
   }
 
-  Acceleration<Base> acceleration_;
-  FrictionCoefficients<Base> friction_;
+  Acceleration<Number> acceleration_;
+  FrictionCoefficients<Number> friction_;
   Integrator integrator_;
-  Base step_;        // [s]
-  Base drive_gain_;  // changes of v and omega in a step, per N m, N and N m
-  Base steer_gain_;
-  Base force_gain_;
-  Base moment_gain_;
+  Base step_;          // [s]
+  Number drive_gain_;  // changes of v and omega in a step, per N m, N and N m
+  Number steer_gain_;
+  Number force_gain_;
+  Number moment_gain_;
   int substeps_;
+  bool has_coulomb_;
   bool has_friction_;
 };
 

@@ -15,30 +15,32 @@ struct Friction {
   Base coulomb = Base(0);  // at each wheel [N m]
 };
 
-template <class Base>
+template <class Number>
 struct FrictionCoefficients {
-  Base linear_rate;   // viscous decay of v [1/s]: 2 b/(m r^2)
-  Base angular_rate;  // viscous decay of omega [1/s]: b L^2/(2 I r^2)
-  Base viscous;       // [N m s/rad]
-  Base coulomb;       // [N m]
-  Base own;           // A: a wheel's acceleration per its own torque [rad/s^2 per N m]
-  Base other;         // B: per the other wheel's
-  Base half_track;    // L/2 [m]
-  Base wheel_radius;  // [m]
+  using Base = base_t<Number>;
 
-  constexpr FrictionCoefficients(const Robot<Base>& robot, const Friction<Base>& friction)
+  Number linear_rate;   // viscous decay of v [1/s]: 2 b/(m r^2)
+  Number angular_rate;  // viscous decay of omega [1/s]: b L^2/(2 I r^2)
+  Number viscous;       // [N m s/rad]
+  Number coulomb;       // [N m]
+  Number own;           // A: a wheel's acceleration per its own torque [rad/s^2 per N m]
+  Number other;         // B: per the other wheel's
+  Number half_track;    // L/2 [m]
+  Number wheel_radius;  // [m]
+
+  constexpr FrictionCoefficients(const Robot<Number>& robot, const Friction<Number>& friction)
       : linear_rate(Base(2) * friction.viscous /
                     (robot.mass * robot.wheel_radius * robot.wheel_radius)),
         angular_rate(friction.viscous * robot.track_width * robot.track_width /
                      (Base(2) * robot.inertia * robot.wheel_radius * robot.wheel_radius)),
         viscous(friction.viscous),
         coulomb(friction.coulomb),
-        own(0),
-        other(0),
+        own(Base(0)),
+        other(Base(0)),
         half_track(robot.track_width * Base(0.5)),
         wheel_radius(robot.wheel_radius) {
-    const Base forward = Base(1) / (robot.mass * robot.wheel_radius * robot.wheel_radius);
-    const Base turning =
+    const Number forward = Base(1) / (robot.mass * robot.wheel_radius * robot.wheel_radius);
+    const Number turning =
         half_track * half_track / (robot.inertia * robot.wheel_radius * robot.wheel_radius);
     own = forward + turning;
     other = forward - turning;
@@ -49,15 +51,18 @@ struct FrictionCoefficients {
 // it can and elsewhere opposes it: a complementarity problem in two variables. `motion` may be
 // speeds (f is then an impulse) or accelerations. Best responses in turn; the unconstrained answer
 // as the start makes them exact once a wheel is at its limit.
-template <class Scalar, class Base>
-constexpr TorquePair<Scalar> opposing_friction(const FrictionCoefficients<Base>& friction,
-                                               const TorquePair<Scalar>& motion, Base limit) {
-  const auto clip = [limit](const Scalar& value) {
-    return math<Scalar>::maximum(math<Scalar>::minimum(value, Scalar(limit)), Scalar(-limit));
+template <class Scalar, class Number>
+constexpr TorquePair<Scalar> opposing_friction(const FrictionCoefficients<Number>& friction,
+                                               const TorquePair<Scalar>& motion,
+                                               const Number& limit) {
+  using Base = base_t<Number>;
+  const Number low = limit * Base(-1);
+  const auto clip = [&](const Scalar& value) {
+    return math<Scalar>::maximum(math<Scalar>::minimum(value, Scalar(limit)), Scalar(low));
   };
-  const Base a = friction.own;
-  const Base b = friction.other;
-  const Base determinant = Base(1) / (a * a - b * b);
+  const Number a = friction.own;
+  const Number b = friction.other;
+  const Number determinant = Base(1) / (a * a - b * b);
   TorquePair<Scalar> f = {clip((motion.right * b - motion.left * a) * determinant),
                           clip((motion.left * b - motion.right * a) * determinant)};
   for (int sweep = 0; sweep < 4; ++sweep) {

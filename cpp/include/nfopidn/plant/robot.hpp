@@ -63,14 +63,16 @@ struct Robot {
 };
 
 // What the torques and a disturbance do (eq. 4 without its constraint force).
-template <class Base>
+template <class Number>
 struct Acceleration {
-  Base drive;            // dv/dt per N m of tau_L + tau_R: 1/(m r)
-  Base steer;            // d(omega)/dt per N m of tau_L - tau_R: L/(2 I r)
-  Base inverse_mass;     // dv/dt per N
-  Base inverse_inertia;  // d(omega)/dt per N m
+  using Base = base_t<Number>;
 
-  explicit constexpr Acceleration(const Robot<Base>& robot)
+  Number drive;            // dv/dt per N m of tau_L + tau_R: 1/(m r)
+  Number steer;            // d(omega)/dt per N m of tau_L - tau_R: L/(2 I r)
+  Number inverse_mass;     // dv/dt per N
+  Number inverse_inertia;  // d(omega)/dt per N m
+
+  explicit constexpr Acceleration(const Robot<Number>& robot)
       : drive(Base(1) / (robot.mass * robot.wheel_radius)),
         steer(robot.track_width / (Base(2) * robot.inertia * robot.wheel_radius)),
         inverse_mass(Base(1) / robot.mass),
@@ -78,12 +80,12 @@ struct Acceleration {
 
   template <class Scalar>
   constexpr Scalar linear(const TorquePair<Scalar>& torque,
-                          const Disturbance<Base>& outside) const {
+                          const Disturbance<Number>& outside) const {
     return (torque.left + torque.right) * drive + outside.force * inverse_mass;
   }
   template <class Scalar>
   constexpr Scalar angular(const TorquePair<Scalar>& torque,
-                           const Disturbance<Base>& outside) const {
+                           const Disturbance<Number>& outside) const {
     return (torque.left - torque.right) * steer + outside.moment * inverse_inertia;
   }
 };

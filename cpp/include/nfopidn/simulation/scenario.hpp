@@ -9,6 +9,7 @@
 
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/loop/closed_loop.hpp"
+#include "nfopidn/math/counter_noise.hpp"
 #include "nfopidn/math/random.hpp"
 #include "nfopidn/parallel/interruption.hpp"
 #include "nfopidn/simulation/samples.hpp"
@@ -19,6 +20,14 @@ namespace nfopidn {
 struct InitialVelocity {
   bool reference = false;
   std::array<double, 2> value = {0, 0};  // v [m/s], omega [rad/s]
+};
+
+// Where the noise comes from: one sequence of draws, or each sample's by its number.
+enum class NoiseSource : unsigned char { mersenne, counter };
+
+template <>
+struct ChoiceNames<NoiseSource> {
+  static constexpr const char* names[] = {"mersenne", "counter"};
 };
 
 struct Scenario {
@@ -42,6 +51,7 @@ struct Scenario {
   double divergence_distance = 10;
   std::array<double, 3> cost_weights = {1, 1, 1};  // of position, heading and torque errors
   std::uint64_t seed = 0;
+  NoiseSource noise_source = NoiseSource::mersenne;
 
   // The scenario of the paper's figures, as it can be read (docs/reproduction.md).
   static Scenario published() {
@@ -91,6 +101,9 @@ struct Scenario {
         field("cost_weights", &S::cost_weights, "", between(1e-6, 1e6),
               "of the squares of position [m], heading [rad] and torque errors [N m] in the cost; "
               "eq. 41 has 1 for each"));
+    visit(
+        field("noise_source", &S::noise_source, "", any_number(),
+              "of the draws: one sequence, or each by its number, as Monte Carlo runs have them"));
   }
 };
 
@@ -137,6 +150,36 @@ inline State<double> start_state(const Scenario& scenario) {
   const std::array<double, 2> speeds =
       velocity.reference ? std::array<double, 2>{t.v(0), t.omega(0)} : velocity.value;
   return {pose[0], pose[1], pose[2], speeds[0], speeds[1]};
+}
+
+// Fills the noise of each sample, if there is any. normal(n) gives the standard normals, asked for
+// in order.
+template <class Normal>
+void fill_noise(const std::array<double, 2>& deviation, const Normal& normal,
+                std::vector<Measurement<double>>& noise) {
+  std::uint64_t number = 0;
+  for (auto& sample : noise) {
+    constexpr std::uint64_t seldom = 3 * 4096;
+    if (number % seldom == 0 && Interruption::stops_here()) break;
+    sample.x = deviation[0] * normal(number++);
+    sample.y = deviation[0] * normal(number++);
+    sample.theta = deviation[1] * normal(number++);
+  }
+}
+
+inline void draw_noise(const Scenario& scenario, std::vector<Measurement<double>>& noise) {
+  const std::array<double, 2>& deviation = scenario.pose_noise;
+  if (!(deviation[0] > 0 || deviation[1] > 0)) return;
+  noise.resize(static_cast<std::size_t>(scenario.trajectory.size()));
+  if (scenario.noise_source == NoiseSource::counter) {
+    const CounterNoise source(scenario.seed);
+    fill_noise(
+        deviation, [&](std::uint64_t number) { return source.normal(number); }, noise);
+  } else {
+    Random random(scenario.seed);
+    fill_noise(
+        deviation, [&](std::uint64_t /*number*/) { return random.normal(); }, noise);
+  }
 }
 
 }  // namespace detail
@@ -189,17 +232,7 @@ NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario) {
     run.reference.push_back(detail::reference_sample(scenario, k));
   }
   for (const auto& pair : scenario.disturbance) run.disturbance.push_back({pair[0], pair[1]});
-  if (scenario.pose_noise[0] > 0 || scenario.pose_noise[1] > 0) {
-    Random random(scenario.seed);
-    run.noise.resize(count);
-    for (auto& sample : run.noise) {
-      constexpr std::ptrdiff_t seldom = 4096;
-      if ((&sample - run.noise.data()) % seldom == 0 && Interruption::stops_here()) break;
-      sample.x = scenario.pose_noise[0] * random.normal();
-      sample.y = scenario.pose_noise[0] * random.normal();
-      sample.theta = scenario.pose_noise[1] * random.normal();
-    }
-  }
+  detail::draw_noise(scenario, run.noise);
   return run;
 }
 

@@ -39,32 +39,50 @@ constexpr void restart(Law& law, const Scenario& scenario) {
   law.reset();
 }
 
-template <class Law>
-SimulationResult record(const PreparedRun& run, Law& law) {
-  const Scenario& scenario = *run.scenario;
-  SimulationResult result;
-  result.table.resize(static_cast<Eigen::Index>(run.reference.size()), column_count);
-  const auto observe = [&](int k, const State<double>& state, const TorquePair<double>& torque,
-                           const TorquePair<double>&) {
-    const ReferenceSample<double>& r = run.reference[static_cast<std::size_t>(k)];
+// The run table, sample by sample.
+class Recording {
+ public:
+  explicit Recording(const PreparedRun& run) : run_(run) {
+    result_.table.resize(static_cast<Eigen::Index>(run.reference.size()), column_count);
+  }
+
+  void add(int k, const State<double>& state, const TorquePair<double>& torque,
+           const TorquePair<double>& feedback) {
+    const ReferenceSample<double>& r = run_.reference[static_cast<std::size_t>(k)];
     const Measurement<double> exact = {state.x, state.y, state.theta, state.v, state.omega};
     const Channels<double> error =
         rotate_into_robot(world_errors(exact, r), math<double>::heading(state.theta));
-    const TorquePair<double> feedback = law.feedback();
-    result.table.row(k) << k * scenario.trajectory.dt(), r.x, r.y, r.theta, state.x, state.y,
+    result_.table.row(k) << k * run_.scenario->trajectory.dt(), r.x, r.y, r.theta, state.x, state.y,
         state.theta, state.v, state.omega, error.x, error.y, error.theta, r.tau_left, r.tau_right,
         feedback.left, feedback.right, torque.left, torque.right;
+  }
+
+  SimulationResult finish(const LoopResult<double>& loop) {
+    if (Interruption::stops_here()) return {{}, {}, false, 0, Status::interrupted};
+    const Scenario& scenario = *run_.scenario;
+    const Eigen::Index completed = loop.completed;
+    result_.diverged = completed < result_.table.rows();
+    result_.diverged_at = static_cast<double>(completed) * scenario.trajectory.dt();
+    if (result_.diverged) result_.table = RunTable(result_.table.topRows(completed));
+    result_.metrics = measure(result_.table, loop.cost, scenario);
+    return std::move(result_);
+  }
+
+ private:
+  const PreparedRun& run_;
+  SimulationResult result_;
+};
+
+template <class Law>
+SimulationResult record(const PreparedRun& run, Law& law) {
+  Recording recording(run);
+  const auto observe = [&](int k, const State<double>& state, const TorquePair<double>& torque,
+                           const TorquePair<double>&) {
+    recording.add(k, state, torque, law.feedback());
   };
-  restart(law, scenario);
-  const LoopResult<double> loop =
-      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe, run.poll());
-  if (Interruption::stops_here()) return {{}, {}, false, 0, Status::interrupted};
-  const Eigen::Index completed = loop.completed;
-  result.diverged = completed < result.table.rows();
-  result.diverged_at = static_cast<double>(completed) * scenario.trajectory.dt();
-  if (result.diverged) result.table = RunTable(result.table.topRows(completed));
-  result.metrics = measure(result.table, loop.cost, scenario);
-  return result;
+  restart(law, *run.scenario);
+  return recording.finish(
+      run_closed_loop<double>(run.plant, law, run.start, run.inputs(), observe, run.poll()));
 }
 
 constexpr int host_slack = 57;  // spare history of a host-side filter: its shift becomes rare

@@ -22,12 +22,14 @@ struct ChoiceNames<InstructionSet> {
 
 struct RivalJob;
 struct RivalGradientJob;
+struct MonteCarloJob;
 
 struct BatchKernels {
   void (*costs)(const BatchJob&) = nullptr;
   void (*gradient)(const GradientJob&) = nullptr;
   void (*rival_costs)(const RivalJob&) = nullptr;
   void (*rival_gradient)(const RivalGradientJob&) = nullptr;
+  void (*monte_carlo)(const MonteCarloJob&) = nullptr;
 };
 
 // The widest instruction set of this processor, of those built in.
@@ -35,6 +37,9 @@ InstructionSet best_instruction_set() noexcept;
 
 // Null pointers for one that this build or this processor does not have.
 BatchKernels batch_kernels(InstructionSet set) noexcept;
+
+// One run with its samples, to the same bits as in lanes of any instruction set.
+void record_lane_run(const MonteCarloJob& job);
 
 // Whether the lanes can move the robot. The events of the exact motion with both frictions have no
 // closed form, which the lanes need.

@@ -10,6 +10,7 @@
 #include "nfopidn/io/files.hpp"
 #include "nfopidn/io/json_controller.hpp"
 #include "nfopidn/io/json_scenario.hpp"
+#include "nfopidn/tuning/monte_carlo.hpp"
 #include "output.hpp"
 #include "scenario.hpp"
 #include "stop_requests.hpp"
@@ -51,7 +52,7 @@ int run(const Arguments& arguments) {
   tell_notes(arguments, scenario, design);
   if (arguments.tune && !tune_design(arguments, method, scenario, design)) return exit_interrupted;
   requests.reset();
-  const SimulationResult result = simulate(scenario, design);
+  const SimulationResult result = simulate_as_drawn(scenario, design);
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),
                             document_text(write_controller(design))};
   if (Outcome outcome = write_all(outputs, contents); !outcome) return fail(arguments, outcome);

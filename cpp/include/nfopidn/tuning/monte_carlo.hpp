@@ -1,0 +1,244 @@
+// L4. Costs of many runs that each have their own robot, start and noise, on wide instructions and
+// several threads.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "nfopidn/parallel/thread_pool.hpp"
+#include "nfopidn/simulation/drawn_parameters.hpp"
+#include "nfopidn/tuning/batch.hpp"
+#include "nfopidn/tuning/monte_carlo_job.hpp"
+#include "nfopidn/tuning/structures.hpp"
+
+namespace nfopidn {
+
+// The seeds of runs: whole numbers that a double holds, `step` apart.
+struct RunSeeds {
+  static constexpr std::uint64_t count = std::uint64_t{1} << 53;
+
+  std::uint64_t first = 0;
+  std::uint64_t step = 1;
+
+  constexpr std::uint64_t operator[](std::ptrdiff_t run) const {
+    return (first + step * static_cast<std::uint64_t>(run)) % count;
+  }
+  constexpr RunSeeds from(std::ptrdiff_t run) const { return {(*this)[run], step}; }
+};
+
+// The numbers of a controller's law as the lanes take them: taps, and LawParameters if any.
+inline std::vector<double> lane_law_of(const ControllerDesign& design) {
+  if (!design.taps.empty()) return design.taps;
+  const auto count = static_cast<std::size_t>(design.memory) + 2;
+  LawNumbers<double> law = law_numbers<double>(design);
+  std::vector<double> numbers(channel_count * count), work(count);
+  const LawParameters<double> parameters =
+      fuse_law<double>(static_cast<const ControllerSettings<double>&>(design), law.gains, law.alpha,
+                       law.sigma, law.tracking, numbers.data(), work.data());
+  if (design.needs_tracking_law()) {
+    LawParameters<double>::each(parameters, [&](double number) { numbers.push_back(number); });
+  }
+  return numbers;
+}
+
+// Whether lanes can run it: memory up to 5, no disturbance by the sample, and no friction where the
+// integrator is the exact one.
+inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
+  if (design.memory.is_long() || design.memory + 2 > monte_carlo_capacity) return false;
+  if (scenario.disturbance.size() != 1) return false;
+  return scenario.integrator != Integrator::exact ||
+         (scenario.viscous_friction == 0 && scenario.coulomb_friction == 0);
+}
+
+// What runs in lanes have in common: the path, and a controller.
+class LaneSetting {
+ public:
+  // The scenario must outlive this, and may change what LaneRun has of its own.
+  LaneSetting(const Scenario& scenario, const ControllerDesign& design)
+      : structure_(design), law_(lane_law_of(design)), calm_(scenario) {
+    calm_.pose_noise = {0, 0};
+    calm_.disturbance = {{0, 0}};
+    run_ = std::make_unique<PreparedRun>(prepare(calm_));
+    for (const auto& sample : run_->reference) {
+      headings_.push_back(math<double>::heading(sample.theta));
+    }
+  }
+
+  LaneSetting(const LaneSetting&) = delete;
+  LaneSetting& operator=(const LaneSetting&) = delete;
+
+  const PreparedRun& run() const { return *run_; }
+
+  LaneRun own(const Scenario& s) const {
+    return {s.robot,
+            {s.viscous_friction, s.coulomb_friction},
+            {s.disturbance[0][0], s.disturbance[0][1]},
+            s.pose_noise[0],
+            s.pose_noise[1],
+            detail::start_state(s),
+            s.seed,
+            law_.data()};
+  }
+
+  // use(job) for runs of one delay.
+  template <class Use>
+  void with_job(const LaneRun* runs, int count, int delay, double* costs, const Use& use) const {
+    LoopInputs<double> inputs = run_->inputs();
+    inputs.headings = headings_.data();
+    inputs.delay = delay;
+    const MonteCarloJob job = {&inputs,
+                               &structure_,
+                               &run_->limits,
+                               structure_.memory + 2,
+                               static_cast<int>(law_.size()),
+                               calm_.initial_velocity.reference,
+                               calm_.integrator,
+                               calm_.trajectory.dt(),
+                               calm_.substeps,
+                               runs,
+                               count,
+                               costs,
+                               run_->poll(),
+                               nullptr,
+                               nullptr};
+    use(job);
+  }
+
+ private:
+  ControllerSettings<double> structure_;
+  std::vector<double> law_;
+  Scenario calm_;
+  std::unique_ptr<PreparedRun> run_;
+  std::vector<Heading<double>> headings_;  // of the reference
+};
+
+// As simulate(). A scenario whose noise is by counter runs in the arithmetic of the lanes, where
+// they can run it: a run of MonteCarloRuns to the same bits, with its samples.
+inline SimulationResult simulate_as_drawn(const Scenario& scenario,
+                                          const ControllerDesign& design) {
+  if (scenario.noise_source != NoiseSource::counter || !runs_in_lanes(scenario, design) ||
+      check_run(scenario, design) != Status::ok) {
+    return simulate(scenario, design);
+  }
+  const StandardArithmetic arithmetic;
+  const LaneSetting setting(scenario, design);
+  detail::Recording recording(setting.run());
+  const LaneRecorder recorder = {
+      [](void* owner, int k, const State<double>& state, const TorquePair<double>& torque,
+         const TorquePair<double>& feedback) {
+        static_cast<detail::Recording*>(owner)->add(k, state, torque, feedback);
+      },
+      &recording};
+  const LaneRun own = setting.own(scenario);
+  LoopResult<double> loop = {};
+  setting.with_job(&own, 1, scenario.delay, &loop.cost, [&](MonteCarloJob job) {
+    job.recorder = &recorder;
+    job.completed = &loop.completed;
+    record_lane_run(job);
+  });
+  return recording.finish(loop);
+}
+
+// Runs of one controller, or of a rival, which has no lanes: on wide instructions and several
+// threads what runs_in_lanes(), unless each has a path of its own; all else one by one. Costs are
+// those of simulate_as_drawn() to the last bit, on every instruction set, on any number of threads
+// and in any company.
+class MonteCarloRuns {
+ public:
+  // A run's cost, one by one.
+  using Evaluate = std::function<double(const Scenario&)>;
+
+  MonteCarloRuns(DrawnScenarios scenarios, Evaluate evaluate)
+      : scenarios_(std::move(scenarios)), evaluate_(std::move(evaluate)) {}
+  MonteCarloRuns(DrawnScenarios scenarios, const ControllerDesign& design)
+      : scenarios_(std::move(scenarios)), design_(design), evaluate_([design](const Scenario& one) {
+          if (runs_in_lanes(one, design)) return simulate_as_drawn(one, design).metrics.cost;
+          return nfopidn::evaluate(prepare(one), design);
+        }) {
+    set_instruction_set(best_instruction_set());
+  }
+
+  void set_instruction_set(InstructionSet set) {
+    const bool shares_path = design_.has_value() && !scenarios_.draws("path_scale");
+    kernel_ = shares_path ? batch_kernels(set).monte_carlo : nullptr;
+  }
+
+  // values: [count][drawn_count()]; costs: [count]. When an Interruption has happened, these are no
+  // costs.
+  void costs(const double* values, std::ptrdiff_t count, const RunSeeds& seeds, double* costs,
+             ThreadPool& pool) const {
+    const StandardArithmetic arithmetic;
+    std::unique_ptr<LaneSetting> setting;
+    if (kernel_ != nullptr) setting = std::make_unique<LaneSetting>(scenarios_.base(), *design_);
+    pool.for_each_share(count, piece, [&](std::ptrdiff_t first, std::ptrdiff_t share) {
+      const StandardArithmetic own_arithmetic;
+      const auto width = static_cast<std::ptrdiff_t>(scenarios_.drawn_count());
+      Piece runs(*this, setting.get());
+      for (std::ptrdiff_t done = 0; done < share && !Interruption::stops_here(); done += piece) {
+        const std::ptrdiff_t at = first + done;
+        runs.run(values + at * width, std::min(piece, share - done), seeds.from(at), costs + at);
+      }
+    });
+  }
+
+ private:
+  static constexpr std::ptrdiff_t piece = 512;
+
+  // A thread's work: as many runs as fit the cache.
+  class Piece {
+   public:
+    Piece(const MonteCarloRuns& owner, const LaneSetting* setting)
+        : owner_(owner), setting_(setting), scenario_(owner.scenarios_.base()) {}
+
+    void run(const double* values, std::ptrdiff_t count, const RunSeeds& seeds, double* costs) {
+      const auto width = static_cast<std::ptrdiff_t>(owner_.scenarios_.drawn_count());
+      waiting_.clear();
+      for (std::ptrdiff_t i = 0; i < count; ++i) {
+        owner_.scenarios_.apply(values + i * width, seeds[i], scenario_);
+        if (setting_ != nullptr && runs_in_lanes(scenario_, *owner_.design_)) {
+          waiting_.push_back({scenario_.delay, costs + i, setting_->own(scenario_)});
+        } else {
+          costs[i] = owner_.evaluate_(scenario_);
+        }
+      }
+      run_waiting();
+    }
+
+   private:
+    struct Waiting {
+      int delay;
+      double* cost;
+      LaneRun run;
+    };
+
+    // Lanes have one delay.
+    void run_waiting() {
+      const auto less = [](const Waiting& a, const Waiting& b) { return a.delay < b.delay; };
+      std::stable_sort(waiting_.begin(), waiting_.end(), less);
+      for (auto from = waiting_.begin(); from != waiting_.end();) {
+        const auto until = std::upper_bound(from, waiting_.end(), *from, less);
+        runs_.clear();
+        for (auto one = from; one != until; ++one) runs_.push_back(one->run);
+        results_.resize(runs_.size());
+        setting_->with_job(runs_.data(), static_cast<int>(runs_.size()), from->delay,
+                           results_.data(), owner_.kernel_);
+        for (const double result : results_) *(from++)->cost = result;
+      }
+    }
+
+    const MonteCarloRuns& owner_;
+    const LaneSetting* setting_;  // null: one by one
+    Scenario scenario_;
+    std::vector<Waiting> waiting_;
+    std::vector<LaneRun> runs_;
+    std::vector<double> results_;
+  };
+
+  DrawnScenarios scenarios_;
+  std::optional<ControllerDesign> design_;  // of a rival none
+  Evaluate evaluate_;
+  void (*kernel_)(const MonteCarloJob&) = nullptr;
+};
+
+}  // namespace nfopidn

@@ -1,0 +1,113 @@
+// Runs of a Monte Carlo analysis. Python has checked and named the arguments, and draws the
+// numbers; python/nfopidn/montecarlo is the caller.
+#include "nfopidn/tuning/monte_carlo.hpp"
+
+#include "bindings.hpp"
+#include "nfopidn/rivals/rivals.hpp"
+
+namespace nfopidn::python {
+
+namespace {
+
+std::vector<std::size_t> indices_of(const std::vector<std::string>& names) {
+  std::vector<std::size_t> indices;
+  const std::vector<DrawnParameter>& all = drawn_parameters();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (std::find(names.begin(), names.end(), all[i].name) != names.end()) indices.push_back(i);
+  }
+  return indices;
+}
+
+// The runs of one scenario under one controller or rival.
+class PyDrawnRuns {
+ public:
+  PyDrawnRuns(const Scenario& scenario, const py::object& controller,
+              const std::vector<std::string>& names)
+      : scenarios_(scenario, indices_of(names)) {
+    if (py::isinstance<rivals::RivalDesign>(controller)) {
+      const auto design = controller.cast<rivals::RivalDesign>();
+      runs_ = std::make_unique<MonteCarloRuns>(
+          scenarios_, [design](const Scenario& one) { return evaluate(prepare(one), design); });
+      simulate_ = [design](const Scenario& one) { return simulate(one, design); };
+    } else {
+      const ControllerDesign design = controller.cast<const PyController&>().settings;
+      check("monte_carlo", explain_sample_time(design, scenario.trajectory.dt()));
+      runs_ = std::make_unique<MonteCarloRuns>(scenarios_, design);
+      simulate_ = [design](const Scenario& one) { return simulate_as_drawn(one, design); };
+    }
+  }
+
+  // values: (n, p), p parameters in the order of drawn_parameters().
+  py::array_t<double> costs(const Numbers& values, std::uint64_t first_seed, std::uint64_t step,
+                            int threads) const {
+    py::array_t<double> result(values.shape(0));
+    double* const costs = result.mutable_data();
+    watched([&] {
+      ThreadPool pool(threads);
+      runs_->costs(values.data(), values.shape(0), {first_seed, step}, costs, pool);
+    });
+    return result;
+  }
+
+  // As costs(); every metric, one run after the other: (n, metrics).
+  py::array_t<double> metrics(const Numbers& values, std::uint64_t first_seed, std::uint64_t step,
+                              int threads) const {
+    const py::ssize_t count = values.shape(0);
+    const auto width = static_cast<py::ssize_t>(field_names<Metrics>().size());
+    py::array_t<double> result({count, width});
+    double* const rows = result.mutable_data();
+    watched([&] {
+      ThreadPool pool(threads);
+      pool.for_each_share(count, 16, [&](std::ptrdiff_t first, std::ptrdiff_t share) {
+        Scenario own = scenarios_.base();
+        for (std::ptrdiff_t i = first; i < first + share && !Interruption::stops_here(); ++i) {
+          scenarios_.apply(values.data() + i * values.shape(1), RunSeeds{first_seed, step}[i], own);
+          const Metrics measured = simulate_(own).metrics;
+          double* out = rows + i * width;
+          Metrics::fields([&](const auto& field) { *out++ = measured.*field.member; });
+        }
+      });
+    });
+    return result;
+  }
+
+  // The scenario of one run; values: (p,).
+  Scenario scenario(const Numbers& values, std::uint64_t seed) const {
+    Scenario own = scenarios_.base();
+    scenarios_.apply(values.data(), seed, own);
+    return own;
+  }
+
+ private:
+  DrawnScenarios scenarios_;
+  std::unique_ptr<MonteCarloRuns> runs_;
+  std::function<SimulationResult(const Scenario&)> simulate_;
+};
+
+}  // namespace
+
+void bind_monte_carlo(py::module_& module) {
+  using R = PyDrawnRuns;
+  py::class_<R> cls(module, "DrawnRuns", py::is_final(),
+                    "DrawnRuns(scenario, controller, names)\n--\n\nThe runs of a Monte Carlo "
+                    "analysis, of which `names` are drawn; nfopidn.monte_carlo() uses it.");
+  cls.def(py::init<const Scenario&, const py::object&, const std::vector<std::string>&>(),
+          py::arg("scenario"), py::arg("controller"), py::arg("names"));
+  cls.def("costs", &R::costs, py::arg("values"), py::arg("first_seed"), py::arg("step"),
+          py::arg("threads"),
+          "costs(self, values, first_seed, step, threads)\n--\n\n(n,): the cost of each run.");
+  cls.def("metrics", &R::metrics, py::arg("values"), py::arg("first_seed"), py::arg("step"),
+          py::arg("threads"),
+          "metrics(self, values, first_seed, step, threads)\n--\n\n(n, 13): each run's metrics.");
+  cls.def("scenario", &R::scenario, py::arg("values"), py::arg("seed"),
+          "scenario(self, values, seed)\n--\n\nThe Scenario of one run.");
+  module.def("drawn_parameters", [] {
+    py::dict result;
+    for (const DrawnParameter& one : drawn_parameters()) {
+      result[one.name] = py::make_tuple(one.unit, one.range.low, one.range.high, one.text);
+    }
+    return result;
+  });
+}
+
+}  // namespace nfopidn::python
