@@ -96,7 +96,7 @@ def test_the_wheel_says_what_it_is(wheel):
     needs = {
         re.match(r"[\w-]+", need)[0] for need in about.get_all("Requires-Dist") if ";" not in need
     }
-    assert needs == {"numpy", "matplotlib"}
+    assert needs == {"numpy", "scipy", "matplotlib", "rich"}
     assert b"Root-Is-Purelib: false" in wheel.read(f"{info}/WHEEL")
 
 
