@@ -134,23 +134,22 @@ inline void with_loop(const BatchJob& job, const Use& use) {
   }
 }
 
-// Up to `count` vectors a block.
-template <int width, int count>
+// Up to `count` vectors a block, of a short memory down to `fewest`.
+template <int width, int count, int fewest = 1>
 inline void run_batch(const BatchJob& job) {
   with_loop(job, [&](auto capacity, auto noisy, auto tracking) {
-    constexpr int least = capacity() == small_capacity ? 1 : count;
+    constexpr int least = capacity() == small_capacity ? fewest : count;
     run_blocks<width, count, least, capacity(), noisy(), tracking()>(job, 0);
   });
 }
 
-// Up to `count` vectors of directions at once, or half of them if that is enough.
-template <int width, int count>
+// `count` vectors of directions at once, or `fewer` of them if that is enough.
+template <int width, int count, int fewer = (count + 1) / 2>
 inline void run_gradient(const GradientJob& job) {
-  constexpr int half = (count + 1) / 2;
   with_loop(job.batch, [&](auto capacity, auto noisy, auto tracking) {
     for (int first = 0; first < job.directions; first += width * count) {
-      if (job.directions - first <= width * half) {
-        run_dual<Lanes<width, half>, capacity(), noisy(), tracking()>(job, first);
+      if (job.directions - first <= width * fewer) {
+        run_dual<Lanes<width, fewer>, capacity(), noisy(), tracking()>(job, first);
       } else {
         run_dual<Lanes<width, count>, capacity(), noisy(), tracking()>(job, first);
       }

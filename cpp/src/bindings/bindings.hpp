@@ -1,29 +1,23 @@
 // The parts of the Python module, each a translation unit.
 #pragma once
 
-#include <memory>
 #include <optional>
 
 #include "convert.hpp"
 #include "nfopidn/io/csv.hpp"
 #include "nfopidn/parallel/interruption.hpp"
 #include "nfopidn/simulation/simulate.hpp"
+#include "running_controller.hpp"
 
 namespace nfopidn::python {
 
 // For functions that compute.
 using Computes = py::call_guard<StandardArithmetic>;
 
-using RuntimeController =
-    Controller<double, Fir<double, maximum_memory + 2, maximum_memory>, TrackingVariant<double>>;
-
 // A controller's settings, and the law at work once step() is called.
 struct PyController {
   ControllerDesign settings;
-  // One of them, by the memory.
-  std::unique_ptr<RuntimeController> running;
-  std::unique_ptr<LongController> running_long;
-  double torque_limit = 0;
+  RunningController running;
 
   PyController() = default;
   explicit PyController(const ControllerDesign& given) : settings(given) {}

@@ -269,22 +269,6 @@ py::tuple step(PyController& self, const py::object& measured_numbers,
     raise(callable, refuse(Status::inconsistent, "sample_time", "unknown",
                            "given, in seconds, with net \"speed-errors\""));
   }
-  if (self.torque_limit != torque_limit && self.settings.memory.is_long()) {
-    if (!self.running_long) {
-      self.running_long =
-          std::make_unique<LongController>(long_controller(self.settings, {torque_limit, 1}));
-    }
-    self.running_long->configure_structure(self.settings, {torque_limit, 1});
-    self.torque_limit = torque_limit;
-  } else if (self.torque_limit != torque_limit) {
-    if (!self.running) self.running = std::make_unique<RuntimeController>();
-    self.running->configure(self.settings, {torque_limit, 1});
-    if (!self.settings.taps.empty()) {
-      const ControllerDesign& d = self.settings;
-      self.running->set_taps(d.channel_taps(0), d.channel_taps(1), d.channel_taps(2), d.memory + 2);
-    }
-    self.torque_limit = torque_limit;
-  }
   const auto measured = [&](py::ssize_t i) {
     return i < measurement.size() ? measurement.at(i) : 0;
   };
@@ -293,8 +277,7 @@ py::tuple step(PyController& self, const py::object& measured_numbers,
                                     measured(4)};
   const ReferenceSample<double> sample = {wanted(0), wanted(1), wanted(2), wanted(3),
                                           wanted(4), wanted(5), wanted(6), wanted(7) != 0};
-  const TorquePair<double> torque =
-      self.running_long ? self.running_long->step(pose, sample) : self.running->step(pose, sample);
+  const TorquePair<double> torque = self.running.step(self.settings, torque_limit, pose, sample);
   return py::make_tuple(torque.left, torque.right);
 }
 
@@ -447,18 +430,12 @@ void bind_controller(py::module_& module) {
       "omega. reference: a row of\nScenario.reference. ValueError for what is not finite; the "
       "memory is then as before.");
   cls.def(
-      "reset",
-      [](C& self) {
-        if (self.running) self.running->reset();
-        if (self.running_long) self.running_long->reset();
-      },
+      "reset", [](C& self) { self.running.reset(); },
       "reset(self)\n--\n\nForgets past errors and torque.");
   cls.def(
       "feedback",
       [](const C& self) {
-        const TorquePair<double> torque = self.running        ? self.running->feedback()
-                                          : self.running_long ? self.running_long->feedback()
-                                                              : TorquePair<double>{0, 0};
+        const TorquePair<double> torque = self.running.feedback();
         return py::make_tuple(torque.left, torque.right);
       },
       "feedback(self)\n--\n\nThe unlimited feedback part of the last step's torques [N m].");
@@ -466,12 +443,7 @@ void bind_controller(py::module_& module) {
       "copy",
       [](const C& self, bool state) {
         C copy(self.settings);
-        if (!state) return copy;
-        if (self.running) copy.running = std::make_unique<RuntimeController>(*self.running);
-        if (self.running_long) {
-          copy.running_long = std::make_unique<LongController>(*self.running_long);
-        }
-        copy.torque_limit = self.torque_limit;
+        if (state) copy.running = self.running.copy();
         return copy;
       },
       py::arg("state") = false,

@@ -37,12 +37,12 @@ Row process(PyFractionalFilter& self, const Samples& samples) {
   constexpr py::ssize_t seldom = 1 << 16;
   std::optional<FractionalFilter> before;
   if (count > seldom) before = self.filter;
-  for (py::ssize_t i = 0; i < count; ++i) {
-    if (i % seldom == seldom - 1 && StopIf::raises()) {
+  for (py::ssize_t first = 0; first < count; first += seldom) {
+    if (first > 0 && StopIf::raises()) {
       self.filter = *before;
       throw py::error_already_set();
     }
-    out[i] = self.filter.step(in[i]);
+    self.filter.process(in + first, out + first, std::min(seldom, count - first));
   }
   return result;
 }

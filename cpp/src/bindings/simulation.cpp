@@ -116,7 +116,7 @@ py::dict metrics(const PyResult& self) {
   return result;
 }
 
-std::string repr(const PyResult& self) {
+std::string repr_of_result(const PyResult& self) {
   std::string text = "SimulationResult(cost=" + number_text(self.result.metrics.cost) + ", " +
                      std::to_string(self.result.table.rows()) + " samples";
   if (self.result.diverged) text += ", diverged_at=" + number_text(self.result.diverged_at);
@@ -188,7 +188,7 @@ void bind_simulation(py::module_& module) {
       },
       py::arg("path"), "to_csv(self, path)\n--\n\nWrites the run table.");
   cls.def("__len__", [](const R& self) { return self.result.table.rows(); });
-  cls.def("__repr__", &repr);
+  cls.def("__repr__", &repr_of_result);
   cls.def(py::pickle(&get_state, &set_state));
   cls.def("__copy__", [](const R& self) { return self; });
   cls.def("__deepcopy__", [](const R& self, const py::dict&) { return self; });

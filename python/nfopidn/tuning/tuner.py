@@ -79,7 +79,7 @@ def tune(
         over all scenarios, 0 is the worst one.
     robustness
         "standard": over the standard variations of each scenario (Scenario.variations()), with the
-        accurate integrator. None: a nominal search, over the scenarios as they are; what it finds
+        accurate integrator, and four of them with the scenario's own where that is another. None: a nominal search, over the scenarios as they are; what it finds
         may have no margin at all.
     cost_cap
         A scenario's cost E beyond the cap c counts as c (1 + ln(E / c)), so that one run that

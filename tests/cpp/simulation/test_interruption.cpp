@@ -6,6 +6,7 @@
 #include "nfopidn/analysis/floquet.hpp"
 #include "nfopidn/rivals/tuning.hpp"
 #include "nfopidn/simulation/playback.hpp"
+#include "nfopidn/tuning/tune.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {

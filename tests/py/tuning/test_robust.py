@@ -24,7 +24,8 @@ def test_the_default_is_the_tracking_law_over_standard_variations():
     assert result.controller.net == "speed-errors"
     assert result.scenario == SHORT
     exact = SHORT.replace(integrator="exact", substeps=1)
-    assert result.family == exact.variations("standard")
+    assert result.family[:14] == exact.variations("standard")
+    assert len(result.family) == 18  # and four with the scenario's own integrator
     assert result.fun == nfopidn.tune(SHORT, rng=1, maxfev=60, workers=2).fun
     named = nfopidn.tune(SHORT, rng=1, maxfev=60, structure="tracking", robustness="standard")
     assert named.x.tolist() == result.x.tolist()
@@ -94,10 +95,26 @@ def test_gains_for_an_ordinary_robot_take_it_back_to_its_path():
 def test_several_scenarios_have_all_their_variations():
     eight = Scenario(Trajectory.eight(period=20), rng=0)
     family = nfopidn.tune([SHORT, eight], structure="decoupled", rng=1, maxfev=20).family
-    assert len(family) == 28
+    assert len(family) == 36
     assert family.names[0] == "scenario 1/nominal"
     assert family["scenario 2/mass x1.2"].trajectory == eight.trajectory
-    assert {one.integrator for one in family} == {"exact"}
+    own = [name for name, one in family.items() if one.integrator != "exact"]
+    assert own[:4] == [
+        f"scenario 1/{name}, integrator semi-implicit-euler"
+        for name in ("nominal", "mass x0.8", "inertia x0.5", "delay +1")
+    ]
+    assert len(own) == 8
+    exact = eight.replace(integrator="exact")
+    family = nfopidn.tune(exact, structure="decoupled", rng=1, maxfev=20).family
+    assert family == exact.variations("standard")
+
+
+def test_gains_hold_on_the_scenario_s_own_integrator():
+    """Gains that serve the accurate integrator alone are lost with one Euler step in 0.2 s."""
+    scenario = Scenario.published(heading="continuous")
+    found = nfopidn.tune(scenario, rng=1, maxfev=4000)
+    assert nfopidn.simulate(scenario, found.controller).cost < 0.03
+    assert found.verdict.colour != "red"
 
 
 @pytest.mark.parametrize("cap", [0.02, "friction", None])

@@ -1,6 +1,7 @@
 // L4. The basin of attraction: from which initial poses a run ends on its path.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/parallel/thread_pool.hpp"
 #include "nfopidn/simulation/simulate.hpp"
 
@@ -40,8 +41,17 @@ FinalErrors final_errors(const PreparedRun& run, Law& law, const State<double>& 
 
 // The final errors from each of `count` poses (x, y [m], theta [rad]), with the scenario's initial
 // velocity. The result does not depend on the number of threads.
-inline void basin(const PreparedRun& run, const ControllerDesign& design, const double* poses,
-                  std::ptrdiff_t count, int last_samples, int threads, FinalErrors* errors) {
+NFOPIDN_HOST void basin(const PreparedRun& run, const ControllerDesign& design, const double* poses,
+                        std::ptrdiff_t count, int last_samples, int threads, FinalErrors* errors);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+namespace nfopidn {
+
+NFOPIDN_HOST void basin(const PreparedRun& run, const ControllerDesign& design, const double* poses,
+                        std::ptrdiff_t count, int last_samples, int threads, FinalErrors* errors) {
   const StandardArithmetic arithmetic;
   // Every so many of them: neighbours take similar times.
   ThreadPool(threads).for_each_share(threads, 1, [&](std::ptrdiff_t from, std::ptrdiff_t shares) {
@@ -60,3 +70,5 @@ inline void basin(const PreparedRun& run, const ControllerDesign& design, const 
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

@@ -1,9 +1,8 @@
 // L4. The stability of a loop's orbit: Floquet multipliers, and how near its switches it passes.
 #pragma once
 
-#include <Eigen/Eigenvalues>
-
 #include "nfopidn/analysis/orbit.hpp"
+#include "nfopidn/foundation/host.hpp"
 
 namespace nfopidn {
 
@@ -45,6 +44,19 @@ struct LoopStability {
   Switches switches;
   Verdict verdict = Verdict::no_orbit;
 };
+
+// Scenario and design must be valid. On a fault, which is the reference's or the loop's, returns
+// what it is. Noise is left out. When an Interruption has happened, what is found means nothing.
+NFOPIDN_HOST Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& design,
+                                  LoopStability& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+#include <Eigen/Eigenvalues>
+
+namespace nfopidn {
 
 namespace detail {
 
@@ -100,10 +112,8 @@ inline Switches find_switches(StepMap<double>& map, const Eigen::MatrixXd& state
 
 }  // namespace detail
 
-// Scenario and design must be valid. On a fault, which is the reference's or the loop's, returns
-// what it is. Noise is left out. When an Interruption has happened, what is found means nothing.
-inline Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& design,
-                            LoopStability& result) {
+NFOPIDN_HOST Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& design,
+                                  LoopStability& result) {
   const StandardArithmetic arithmetic;
   if (Outcome outcome = check_loop(scenario, design); !outcome) return outcome;
   result = {};
@@ -125,3 +135,5 @@ inline Outcome analyse_loop(const Scenario& scenario, const ControllerDesign& de
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

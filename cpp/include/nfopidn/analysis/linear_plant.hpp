@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/dual.hpp"
 #include "nfopidn/simulation/scenario.hpp"
 
@@ -34,7 +35,15 @@ inline State<Dual<double>> advance(const DifferentialDrive<double>& plant, doubl
 }  // namespace detail
 
 // At the torques that keep the speed against friction.
-inline LinearPlant linearise_plant(const DifferentialDrive<double>& plant, double speed) {
+NFOPIDN_HOST LinearPlant linearise_plant(const DifferentialDrive<double>& plant, double speed);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+namespace nfopidn {
+
+NFOPIDN_HOST LinearPlant linearise_plant(const DifferentialDrive<double>& plant, double speed) {
   double torque[2] = {0, 0};
   // Between the corners of Coulomb friction v depends on the torque linearly: a few steps do.
   for (int i = 0; i < 8; ++i) {
@@ -59,3 +68,5 @@ inline LinearPlant linearise_plant(const DifferentialDrive<double>& plant, doubl
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

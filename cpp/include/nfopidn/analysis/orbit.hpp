@@ -1,9 +1,8 @@
 // L4. The periodic orbit of a loop on its reference, stable or not, by Newton's method.
 #pragma once
 
-#include <Eigen/SparseLU>
-
 #include "nfopidn/analysis/step_map.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/dual.hpp"
 
 namespace nfopidn {
@@ -21,6 +20,22 @@ struct Orbit {
   int iterations = 0;                        // of Newton's method, from the last start
   OrbitStart start = OrbitStart::reference;  // from where it was found, or looked for last
 };
+
+// d(state at k + 1)/d(state at k), by dual numbers, one direction at a time.
+NFOPIDN_HOST void step_jacobian(StepMap<Dual<double>>& map, int k, const double* state,
+                                Eigen::MatrixXd& jacobian);
+
+// Looked for from the reference and, where that fails, from a long simulation.
+NFOPIDN_HOST Orbit find_orbit(StepMap<double>& map, StepMap<Dual<double>>& dual,
+                              const PeriodicReference& reference, double divergence_distance);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+#include <Eigen/SparseLU>
+
+namespace nfopidn {
 
 namespace detail {
 
@@ -49,9 +64,8 @@ inline double misses(StepMap<double>& map, const Eigen::MatrixXd& states, Eigen:
 
 }  // namespace detail
 
-// d(state at k + 1)/d(state at k), by dual numbers, one direction at a time.
-inline void step_jacobian(StepMap<Dual<double>>& map, int k, const double* state,
-                          Eigen::MatrixXd& jacobian) {
+NFOPIDN_HOST void step_jacobian(StepMap<Dual<double>>& map, int k, const double* state,
+                                Eigen::MatrixXd& jacobian) {
   const auto size = static_cast<std::size_t>(map.size());
   std::vector<Dual<double>> from(size);
   std::vector<Dual<double>> to(size);
@@ -193,9 +207,8 @@ inline bool settle(StepMap<double>& map, double divergence_distance, Eigen::Matr
 
 }  // namespace detail
 
-// Looked for from the reference and, where that fails, from a long simulation.
-inline Orbit find_orbit(StepMap<double>& map, StepMap<Dual<double>>& dual,
-                        const PeriodicReference& reference, double divergence_distance) {
+NFOPIDN_HOST Orbit find_orbit(StepMap<double>& map, StepMap<Dual<double>>& dual,
+                              const PeriodicReference& reference, double divergence_distance) {
   const Eigen::MatrixXd start = detail::reference_states(map.states(), reference);
   Orbit orbit;
   for (const auto acceptance : {detail::Acceptance::shorter, detail::Acceptance::either}) {
@@ -212,3 +225,5 @@ inline Orbit find_orbit(StepMap<double>& map, StepMap<Dual<double>>& dual,
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

@@ -1,6 +1,7 @@
 // L4. One period of a reference without ends: what the stability of a loop is asked of.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/outcome.hpp"
 #include "nfopidn/simulation/scenario.hpp"
 
@@ -98,8 +99,17 @@ inline Outcome check_lap(const Trajectory& trajectory, double& lap) {
 
 // The reference's period. One sample on a line or circle, unless the controller's errors are in the
 // world's frame and the heading turns; else one lap, or two where the heading repeats after two.
-inline Outcome find_period(const Scenario& scenario, bool in_world_frame,
-                           PeriodicReference& result) {
+NFOPIDN_HOST Outcome find_period(const Scenario& scenario, bool in_world_frame,
+                                 PeriodicReference& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome find_period(const Scenario& scenario, bool in_world_frame,
+                                 PeriodicReference& result) {
   const auto reference_of = [&](const Trajectory& trajectory) {
     Scenario other = scenario;
     other.trajectory = trajectory;
@@ -139,3 +149,5 @@ inline Outcome find_period(const Scenario& scenario, bool in_world_frame,
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

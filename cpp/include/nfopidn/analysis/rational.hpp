@@ -2,6 +2,7 @@
 #pragma once
 
 #include "nfopidn/analysis/fractional_filter.hpp"
+#include "nfopidn/foundation/host.hpp"
 
 namespace nfopidn {
 
@@ -24,7 +25,20 @@ struct ZerosPoles {
 // It is the diagonal Pade approximant, which a Moebius map of w carries over from pole 1 to any
 // other. There its zeros in z are those of the Jacobi polynomial with parameters (-order, order),
 // the eigenvalues of a tridiagonal matrix, and its poles are their opposites.
-inline ZerosPoles continued_fraction(double order, const DifferenceRule& rule, int sections) {
+NFOPIDN_HOST ZerosPoles continued_fraction(double order, const DifferenceRule& rule, int sections);
+
+// Oustaloup's zeros and poles, evenly spaced in log s between low and high [rad/s], taken to z by
+// Tustin's rule.
+NFOPIDN_HOST ZerosPoles oustaloup(double order, const DifferenceRule& rule, int sections,
+                                  double low, double high);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+namespace nfopidn {
+
+NFOPIDN_HOST ZerosPoles continued_fraction(double order, const DifferenceRule& rule, int sections) {
   const SplitOrder split(order);
   ZerosPoles result;
   result.gain = std::pow(rule.scale(), split.rest);
@@ -46,10 +60,8 @@ inline ZerosPoles continued_fraction(double order, const DifferenceRule& rule, i
   return result;
 }
 
-// Oustaloup's zeros and poles, evenly spaced in log s between low and high [rad/s], taken to z by
-// Tustin's rule.
-inline ZerosPoles oustaloup(double order, const DifferenceRule& rule, int sections, double low,
-                            double high) {
+NFOPIDN_HOST ZerosPoles oustaloup(double order, const DifferenceRule& rule, int sections,
+                                  double low, double high) {
   const SplitOrder split(order);
   ZerosPoles result;
   const double scale = rule.scale();
@@ -69,3 +81,5 @@ inline ZerosPoles oustaloup(double order, const DifferenceRule& rule, int sectio
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/long_memory/modal.hpp"
 #include "nfopidn/tuning/structures.hpp"
 
@@ -14,33 +15,9 @@ namespace nfopidn {
 using StateKernels = std::array<LongKernel, channel_count>;
 
 // Whether they can: free taps and orders beyond 1 have no modes.
-inline bool has_modes(const ControllerDesign& design) {
-  if (!design.taps.empty()) return false;
-  for (int channel = 0; channel < channel_count; ++channel) {
-    if (std::abs(design.alpha[channel]) >= 1 || std::abs(1 - design.sigma[channel]) >= 1)
-      return false;
-  }
-  return true;
-}
+NFOPIDN_HOST bool has_modes(const ControllerDesign& design);
 
-inline StateKernels state_kernels(const ControllerDesign& design, bool modal) {
-  StateKernels kernels;
-  if (modal) {
-    for (int channel = 0; channel < channel_count; ++channel) {
-      kernels[static_cast<std::size_t>(channel)] =
-          fused_kernel(design, channel, modes::coarse, modes::coarse.exact_taps);
-    }
-    return kernels;
-  }
-  const std::vector<double> taps = parameters_of(ParameterSet::taps, design);
-  const auto count = static_cast<std::size_t>(design.memory + 2);
-  for (std::size_t channel = 0; channel < channel_count; ++channel) {
-    const double* first = taps.data() + channel * count;
-    kernels[channel].taps.assign(first, first + count);
-    kernels[channel].memory = design.memory;
-  }
-  return kernels;
-}
+NFOPIDN_HOST StateKernels state_kernels(const ControllerDesign& design, bool modal);
 
 // What Fir is to a simulation: net(k) = sum_j taps[j] e(k - j), and the modes' share.
 template <class Scalar>
@@ -110,3 +87,39 @@ class StateFilter {
 };
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+namespace nfopidn {
+
+NFOPIDN_HOST bool has_modes(const ControllerDesign& design) {
+  if (!design.taps.empty()) return false;
+  for (int channel = 0; channel < channel_count; ++channel) {
+    if (std::abs(design.alpha[channel]) >= 1 || std::abs(1 - design.sigma[channel]) >= 1)
+      return false;
+  }
+  return true;
+}
+
+NFOPIDN_HOST StateKernels state_kernels(const ControllerDesign& design, bool modal) {
+  StateKernels kernels;
+  if (modal) {
+    for (int channel = 0; channel < channel_count; ++channel) {
+      kernels[static_cast<std::size_t>(channel)] =
+          fused_kernel(design, channel, modes::coarse, modes::coarse.exact_taps);
+    }
+    return kernels;
+  }
+  const std::vector<double> taps = parameters_of(ParameterSet::taps, design);
+  const auto count = static_cast<std::size_t>(design.memory + 2);
+  for (std::size_t channel = 0; channel < channel_count; ++channel) {
+    const double* first = taps.data() + channel * count;
+    kernels[channel].taps.assign(first, first + count);
+    kernels[channel].memory = design.memory;
+  }
+  return kernels;
+}
+
+}  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

@@ -3,7 +3,9 @@
 
 #include "nfopidn/analysis/periodic_reference.hpp"
 #include "nfopidn/analysis/state_filter.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json_controller.hpp"
+#include "nfopidn/math/dual.hpp"
 
 namespace nfopidn {
 
@@ -27,18 +29,8 @@ struct LoopStates {
 };
 
 // The kernels with which the loop has few enough states: all taps, or else modes.
-inline StateKernels loop_kernels(const Scenario& scenario, const ControllerDesign& design,
-                                 LoopStates& states) {
-  states.adds = design.form == Form::incremental;
-  states.tracks = design.needs_tracking_law();
-  states.delay = scenario.delay;
-  states.filter = std::min<int>(design.memory, most_loop_states) + 1;
-  const bool modal = states.size() > most_loop_states && has_modes(design);
-  StateKernels kernels = state_kernels(design, modal);
-  states.filter = static_cast<int>(StateFilter<double>::state_count(kernels[0]));
-  states.errors = static_cast<int>(StateFilter<double>::past_count(kernels[0]));
-  return kernels;
-}
+NFOPIDN_HOST StateKernels loop_kernels(const Scenario& scenario, const ControllerDesign& design,
+                                       LoopStates& states);
 
 // The scenario's loop, without noise, on a period of its reference.
 //
@@ -174,7 +166,33 @@ class StepMap {
 };
 
 // Whether the loop can be analysed as a map: its number of states and its disturbance.
-inline Outcome check_loop(const Scenario& scenario, const ControllerDesign& design) {
+NFOPIDN_HOST Outcome check_loop(const Scenario& scenario, const ControllerDesign& design);
+
+#ifdef NFOPIDN_COMPILED
+extern template class StepMap<double>;
+extern template class StepMap<Dual<double>>;
+#endif
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_ANALYSIS
+
+namespace nfopidn {
+
+NFOPIDN_HOST StateKernels loop_kernels(const Scenario& scenario, const ControllerDesign& design,
+                                       LoopStates& states) {
+  states.adds = design.form == Form::incremental;
+  states.tracks = design.needs_tracking_law();
+  states.delay = scenario.delay;
+  states.filter = std::min<int>(design.memory, most_loop_states) + 1;
+  const bool modal = states.size() > most_loop_states && has_modes(design);
+  StateKernels kernels = state_kernels(design, modal);
+  states.filter = static_cast<int>(StateFilter<double>::state_count(kernels[0]));
+  states.errors = static_cast<int>(StateFilter<double>::past_count(kernels[0]));
+  return kernels;
+}
+
+NFOPIDN_HOST Outcome check_loop(const Scenario& scenario, const ControllerDesign& design) {
   if (Outcome outcome = explain_sample_time(design, scenario.trajectory.dt()); !outcome) {
     return outcome;
   }
@@ -192,3 +210,5 @@ inline Outcome check_loop(const Scenario& scenario, const ControllerDesign& desi
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_ANALYSIS

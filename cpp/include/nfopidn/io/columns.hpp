@@ -1,6 +1,7 @@
 // L4. What the columns of a table mean: by their names and units, and by the steps of its times.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/table.hpp"
 
 namespace nfopidn::csv {
@@ -72,7 +73,39 @@ bool is_called(std::string_view name, const char* const (&known)[names], const U
 
 }  // namespace detail
 
-inline Meaning meaning_of(const std::string& name) {
+NFOPIDN_HOST Meaning meaning_of(const std::string& name);
+
+constexpr std::size_t no_column = static_cast<std::size_t>(-1);
+
+// The column of a quantity. One that is called exactly so goes before others that mean it; of two
+// others neither is taken.
+NFOPIDN_HOST Outcome find(const std::string& path, const Table& table, const std::string& quantity,
+                          std::size_t& result);
+
+// Reads the column of a quantity in SI units; one that is not there leaves `result` empty.
+NFOPIDN_HOST Outcome read(const std::string& path, const Table& table, const std::string& quantity,
+                          Column& result);
+
+// What is made of each column of a table, in a line for people.
+NFOPIDN_HOST std::string use_text(const std::string& path, const Table& table,
+                                  const std::vector<std::pair<std::string, std::string>>& used);
+
+// A stamp's distance [s] from where equal steps put it that is no fault: what its text leaves open
+// (but less than a missing sample makes, half a step), what a double does, a thousandth of a step.
+NFOPIDN_HOST double stamp_tolerance(const Column& times, double dt);
+
+// Whether the stamps are equal steps: of `wanted` [s], or where that is 0 of the mean step, which
+// goes to `dt`.
+NFOPIDN_HOST Outcome check_times(const std::string& path, const Table& table, const Column& times,
+                                 double wanted, double& dt);
+
+}  // namespace nfopidn::csv
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn::csv {
+
+NFOPIDN_HOST Meaning meaning_of(const std::string& name) {
   std::string lower = name;
   for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   Meaning meaning;
@@ -90,12 +123,8 @@ inline Meaning meaning_of(const std::string& name) {
   return {name, 1, 0};
 }
 
-constexpr std::size_t no_column = static_cast<std::size_t>(-1);
-
-// The column of a quantity. One that is called exactly so goes before others that mean it; of two
-// others neither is taken.
-inline Outcome find(const std::string& path, const Table& table, const std::string& quantity,
-                    std::size_t& result) {
+NFOPIDN_HOST Outcome find(const std::string& path, const Table& table, const std::string& quantity,
+                          std::size_t& result) {
   result = no_column;
   std::vector<std::size_t> exact, others;
   for (std::size_t i = 0; i < table.names.size(); ++i) {
@@ -115,9 +144,8 @@ inline Outcome find(const std::string& path, const Table& table, const std::stri
   return {};
 }
 
-// Reads the column of a quantity in SI units; one that is not there leaves `result` empty.
-inline Outcome read(const std::string& path, const Table& table, const std::string& quantity,
-                    Column& result) {
+NFOPIDN_HOST Outcome read(const std::string& path, const Table& table, const std::string& quantity,
+                          Column& result) {
   std::size_t index = no_column;
   Outcome outcome = find(path, table, quantity, index);
   if (!outcome || index == no_column) return outcome;
@@ -130,9 +158,8 @@ inline Outcome read(const std::string& path, const Table& table, const std::stri
   return outcome;
 }
 
-// What is made of each column of a table, in a line for people.
-inline std::string use_text(const std::string& path, const Table& table,
-                            const std::vector<std::pair<std::string, std::string>>& used) {
+NFOPIDN_HOST std::string use_text(const std::string& path, const Table& table,
+                                  const std::vector<std::pair<std::string, std::string>>& used) {
   std::string text = path + ": ";
   std::vector<bool> taken(table.names.size(), false);
   for (std::size_t i = 0; i < used.size(); ++i) {
@@ -151,18 +178,14 @@ inline std::string use_text(const std::string& path, const Table& table,
   return text + others;
 }
 
-// A stamp's distance [s] from where equal steps put it that is no fault: what its text leaves open
-// (but less than a missing sample makes, half a step), what a double does, a thousandth of a step.
-inline double stamp_tolerance(const Column& times, double dt) {
+NFOPIDN_HOST double stamp_tolerance(const Column& times, double dt) {
   const double largest = std::max(std::fabs(times.values.front()), std::fabs(times.values.back()));
   return std::min(std::pow(10.0, -times.decimals), 0.3 * dt) +
          4 * largest * std::numeric_limits<double>::epsilon() + 1e-3 * dt;
 }
 
-// Whether the stamps are equal steps: of `wanted` [s], or where that is 0 of the mean step, which
-// goes to `dt`.
-inline Outcome check_times(const std::string& path, const Table& table, const Column& times,
-                           double wanted, double& dt) {
+NFOPIDN_HOST Outcome check_times(const std::string& path, const Table& table, const Column& times,
+                                 double wanted, double& dt) {
   const std::vector<double>& t = times.values;
   const std::size_t rows = t.size();
   for (std::size_t k = 1; k < rows; ++k) {
@@ -188,3 +211,5 @@ inline Outcome check_times(const std::string& path, const Table& table, const Co
 }
 
 }  // namespace nfopidn::csv
+
+#endif  // NFOPIDN_DEFINES_IO

@@ -1,26 +1,13 @@
 // L4. Trajectories and disturbances from tables, run tables to them.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/columns.hpp"
 #include "nfopidn/simulation/metrics.hpp"
 
 namespace nfopidn {
 
-inline std::string run_table_csv(const RunTable& table) {
-  std::string text;
-  text.reserve(static_cast<std::size_t>(table.size() + column_count) * 20);
-  for (int column = 0; column < column_count; ++column) {
-    text += column_names[column];
-    text += column + 1 < column_count ? ',' : '\n';
-  }
-  for (Eigen::Index row = 0; row < table.rows(); ++row) {
-    for (int column = 0; column < column_count; ++column) {
-      text += number_text(table(row, column));
-      text += column + 1 < column_count ? ',' : '\n';
-    }
-  }
-  return text;
-}
+NFOPIDN_HOST std::string run_table_csv(const RunTable& table);
 
 // How a trajectory is read from a table.
 struct TableReading {
@@ -37,8 +24,60 @@ struct PathColumns {
   Column x, y, t, theta, reverse;
 };
 
-inline Outcome read_path_columns(const std::string& path, const Table& table, bool heading_given,
-                                 PathColumns& columns) {
+NFOPIDN_HOST Outcome read_path_columns(const std::string& path, const Table& table,
+                                       bool heading_given, PathColumns& columns);
+
+// The sample time: that of the times, or the one that was given.
+NFOPIDN_HOST Outcome read_sample_time(const std::string& path, const Table& table, const Column& t,
+                                      double given, TrajectorySettings& settings);
+
+NFOPIDN_HOST Outcome read_flags(const std::string& path, const Table& table, const Column& reverse,
+                                std::vector<unsigned char>& flags);
+
+}  // namespace csv
+
+// A trajectory from a table with the columns x and y, a time in equal steps unless dt is given, and
+// perhaps theta or reverse. `path` stands in messages; what is made of each column goes to the
+// trajectory's notes.
+NFOPIDN_HOST Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
+                                           const TableReading& reading, Trajectory& result);
+
+NFOPIDN_HOST Outcome load_trajectory(const std::string& path, const TableReading& reading,
+                                     Trajectory& result);
+
+// A scenario's disturbance, a pair a sample. Where the table has times, they must be the
+// scenario's.
+NFOPIDN_HOST Outcome load_disturbance(const std::string& path, double dt,
+                                      std::vector<std::array<double, 2>>& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST std::string run_table_csv(const RunTable& table) {
+  std::string text;
+  text.reserve(static_cast<std::size_t>(table.size() + column_count) * 20);
+  for (int column = 0; column < column_count; ++column) {
+    text += column_names[column];
+    text += column + 1 < column_count ? ',' : '\n';
+  }
+  for (Eigen::Index row = 0; row < table.rows(); ++row) {
+    for (int column = 0; column < column_count; ++column) {
+      text += number_text(table(row, column));
+      text += column + 1 < column_count ? ',' : '\n';
+    }
+  }
+  return text;
+}
+
+}  // namespace nfopidn
+
+namespace nfopidn::csv {
+
+NFOPIDN_HOST Outcome read_path_columns(const std::string& path, const Table& table,
+                                       bool heading_given, PathColumns& columns) {
   for (const auto& [column, quantity] : {std::pair{&columns.x, "x"}, std::pair{&columns.y, "y"}}) {
     std::size_t index = no_column;
     if (Outcome outcome = find(path, table, quantity, index); !outcome) return outcome;
@@ -61,9 +100,8 @@ inline Outcome read_path_columns(const std::string& path, const Table& table, bo
   return read(path, table, "reverse", columns.reverse);
 }
 
-// The sample time: that of the times, or the one that was given.
-inline Outcome read_sample_time(const std::string& path, const Table& table, const Column& t,
-                                double given, TrajectorySettings& settings) {
+NFOPIDN_HOST Outcome read_sample_time(const std::string& path, const Table& table, const Column& t,
+                                      double given, TrajectorySettings& settings) {
   settings.dt = given;
   if (t.values.empty()) {
     if (given != 0) return {};
@@ -77,8 +115,8 @@ inline Outcome read_sample_time(const std::string& path, const Table& table, con
   return outcome;
 }
 
-inline Outcome read_flags(const std::string& path, const Table& table, const Column& reverse,
-                          std::vector<unsigned char>& flags) {
+NFOPIDN_HOST Outcome read_flags(const std::string& path, const Table& table, const Column& reverse,
+                                std::vector<unsigned char>& flags) {
   for (std::size_t k = 0; k < reverse.values.size(); ++k) {
     const double flag = reverse.values[k];
     if (flag != 0 && flag != 1) {
@@ -90,13 +128,12 @@ inline Outcome read_flags(const std::string& path, const Table& table, const Col
   return {};
 }
 
-}  // namespace csv
+}  // namespace nfopidn::csv
 
-// A trajectory from a table with the columns x and y, a time in equal steps unless dt is given, and
-// perhaps theta or reverse. `path` stands in messages; what is made of each column goes to the
-// trajectory's notes.
-inline Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
-                                     const TableReading& reading, Trajectory& result) {
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome trajectory_from_table(const std::string& path, const csv::Table& table,
+                                           const TableReading& reading, Trajectory& result) {
   csv::PathColumns columns;
   if (Outcome outcome = csv::read_path_columns(path, table, reading.heading_given, columns);
       !outcome) {
@@ -135,8 +172,8 @@ inline Outcome trajectory_from_table(const std::string& path, const csv::Table& 
   return outcome;
 }
 
-inline Outcome load_trajectory(const std::string& path, const TableReading& reading,
-                               Trajectory& result) {
+NFOPIDN_HOST Outcome load_trajectory(const std::string& path, const TableReading& reading,
+                                     Trajectory& result) {
   std::string text;
   if (Outcome outcome = read_file(path, text); !outcome) return outcome;
   csv::Table table;
@@ -144,10 +181,8 @@ inline Outcome load_trajectory(const std::string& path, const TableReading& read
   return trajectory_from_table(path, table, reading, result);
 }
 
-// A scenario's disturbance, a pair a sample. Where the table has times, they must be the
-// scenario's.
-inline Outcome load_disturbance(const std::string& path, double dt,
-                                std::vector<std::array<double, 2>>& result) {
+NFOPIDN_HOST Outcome load_disturbance(const std::string& path, double dt,
+                                      std::vector<std::array<double, 2>>& result) {
   std::string text;
   if (Outcome outcome = read_file(path, text); !outcome) return outcome;
   csv::Table table;
@@ -172,3 +207,5 @@ inline Outcome load_disturbance(const std::string& path, double dt,
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

@@ -14,27 +14,95 @@
 #include <string>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json_controller.hpp"
 #include "nfopidn/io/json_scenario.hpp"
 
 namespace nfopidn {
 
-inline Outcome file_fault(const std::string& path, const char* what) {
-  return {Status::inconsistent, path + ": " + what + ": " + std::strerror(errno)};
-}
+NFOPIDN_HOST Outcome file_fault(const std::string& path, const char* what);
 
-inline bool file_exists(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::exists(path, ignored);
-}
+NFOPIDN_HOST bool file_exists(const std::string& path);
 
 // No document or table that is meant is as large: 10 million samples take some 0.6 GB.
 constexpr std::size_t largest_file = std::size_t{1} << 30;  // [bytes]
 
 // A text, from a file or a pipe. What has no end, such as /dev/zero, is refused before it fills the
 // memory: it holds bytes 0, which no text has, or is too large.
-inline Outcome read_file(const std::string& path, std::string& text,
-                         std::size_t largest = largest_file) {
+NFOPIDN_HOST Outcome read_file(const std::string& path, std::string& text,
+                               std::size_t largest = largest_file);
+
+// Which of this process's descriptors a name such as /dev/stdout or /dev/fd/3 stands for, -1 if it
+// is another file's. What it leads to, a log perhaps, must be written on and not anew.
+NFOPIDN_HOST int descriptor_of(const std::string& path);
+
+// Where what is written to a name goes.
+struct OutputTarget {
+  std::string path;         // of a link the file that it points to, which is replaced
+  int descriptor = -1;      // of a name such as /dev/stdout, which is written on
+  bool is_special = false;  // a pipe or a device, written directly
+  std::string draft;        // once it is open, the file that is written in its stead
+
+  bool is_direct() const { return descriptor >= 0 || is_special; }
+  // For what is not written directly, a draft of a name that nobody else has, in no process.
+  std::FILE* open();
+  // The draft takes the name, and the mode of what had it, which is kept under another name if one
+  // is given: the name itself always stands for one of the two.
+  bool replace(const std::string& previous) const;
+
+ private:
+  // Best effort: what is new must not be lost for it.
+  void keep_as(const std::string& previous) const;
+};
+
+// On failure errno tells why, as after write_file() and check_writable().
+NFOPIDN_HOST bool find_target(const std::string& path, OutputTarget& target);
+
+NFOPIDN_HOST Outcome unwritable(const std::string& path);
+
+// Whether write_file() could write a file, before the work that it is to hold. Leaves nothing.
+NFOPIDN_HOST Outcome check_writable(const std::string& path);
+
+// Writes a file atomically: it takes its name when all of it is there, and what had the
+// name before then goes. A name that stands for no regular file, or for an open one (a pipe,
+// /dev/stdout), is written directly. With `previous`, what had the name before is kept as that.
+NFOPIDN_HOST Outcome write_file(const std::string& path, const std::string& content,
+                                const std::string& previous = {});
+
+// A document from a file; messages begin with the file's name.
+template <class Settings, class Reader>
+Outcome load_document(const std::string& path, const Reader& reader, Settings& result) {
+  std::string text;
+  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
+  Json document;
+  Outcome outcome = parse_json(text, document);
+  if (outcome) outcome = reader(document, result);
+  if (!outcome) outcome.message = path + ": " + outcome.message;
+  return outcome;
+}
+
+NFOPIDN_HOST Outcome load_controller(const std::string& path, ControllerDesign& result);
+
+NFOPIDN_HOST Outcome load_scenario(const std::string& path, Scenario& result);
+
+NFOPIDN_HOST std::string document_text(const Json& document);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome file_fault(const std::string& path, const char* what) {
+  return {Status::inconsistent, path + ": " + what + ": " + std::strerror(errno)};
+}
+
+NFOPIDN_HOST bool file_exists(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
+}
+
+NFOPIDN_HOST Outcome read_file(const std::string& path, std::string& text, std::size_t largest) {
   errno = 0;
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) errno = EISDIR;
@@ -63,9 +131,7 @@ inline Outcome read_file(const std::string& path, std::string& text,
   return {};
 }
 
-// Which of this process's descriptors a name such as /dev/stdout or /dev/fd/3 stands for, -1 if it
-// is another file's. What it leads to, a log perhaps, must be written on and not anew.
-inline int descriptor_of(const std::string& path) {
+NFOPIDN_HOST int descriptor_of(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code failed;
   const fs::path own = "/proc/" + std::to_string(::getpid()) + "/fd";
@@ -84,54 +150,40 @@ inline int descriptor_of(const std::string& path) {
   return -1;
 }
 
-// Where what is written to a name goes.
-struct OutputTarget {
-  std::string path;         // of a link the file that it points to, which is replaced
-  int descriptor = -1;      // of a name such as /dev/stdout, which is written on
-  bool is_special = false;  // a pipe or a device, written directly
-  std::string draft;        // once it is open, the file that is written in its stead
-
-  bool is_direct() const { return descriptor >= 0 || is_special; }
-  // For what is not written directly, a draft of a name that nobody else has, in no process.
-  std::FILE* open() {
-    if (descriptor >= 0) {
-      const int own = ::dup(descriptor);
-      return own < 0 ? nullptr : ::fdopen(own, "wb");
-    }
-    if (is_special) return std::fopen(path.c_str(), "wb");
-    static std::atomic<unsigned> drafts{0};
-    for (;;) {
-      draft = path + ".part" + std::to_string(::getpid()) + "-" + std::to_string(drafts++);
-      const int own = ::open(draft.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (own >= 0) return ::fdopen(own, "wb");
-      if (errno != EEXIST) return nullptr;
-    }
+NFOPIDN_HOST std::FILE* OutputTarget::open() {
+  if (descriptor >= 0) {
+    const int own = ::dup(descriptor);
+    return own < 0 ? nullptr : ::fdopen(own, "wb");
   }
-  // The draft takes the name, and the mode of what had it, which is kept under another name if one
-  // is given: the name itself always stands for one of the two.
-  bool replace(const std::string& previous) const {
-    std::error_code ignored;
-    const auto before = std::filesystem::status(path, ignored);
-    if (std::filesystem::exists(before)) {
-      std::filesystem::permissions(draft, before.permissions(), ignored);
-      if (!previous.empty()) keep_as(previous);
-    }
-    return std::rename(draft.c_str(), path.c_str()) == 0;
+  if (is_special) return std::fopen(path.c_str(), "wb");
+  static std::atomic<unsigned> drafts{0};
+  for (;;) {
+    draft = path + ".part" + std::to_string(::getpid()) + "-" + std::to_string(drafts++);
+    const int own = ::open(draft.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (own >= 0) return ::fdopen(own, "wb");
+    if (errno != EEXIST) return nullptr;
   }
+}
 
- private:
-  // Best effort: what is new must not be lost for it.
-  void keep_as(const std::string& previous) const {
-    const std::string linked = draft + "p";
-    std::error_code failed;
-    std::filesystem::create_hard_link(path, linked, failed);
-    if (failed) std::filesystem::copy_file(path, linked, failed);
-    if (failed || std::rename(linked.c_str(), previous.c_str()) != 0) std::remove(linked.c_str());
+NFOPIDN_HOST bool OutputTarget::replace(const std::string& previous) const {
+  std::error_code ignored;
+  const auto before = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(before)) {
+    std::filesystem::permissions(draft, before.permissions(), ignored);
+    if (!previous.empty()) keep_as(previous);
   }
-};
+  return std::rename(draft.c_str(), path.c_str()) == 0;
+}
 
-// On failure errno tells why, as after write_file() and check_writable().
-inline bool find_target(const std::string& path, OutputTarget& target) {
+NFOPIDN_HOST void OutputTarget::keep_as(const std::string& previous) const {
+  const std::string linked = draft + "p";
+  std::error_code failed;
+  std::filesystem::create_hard_link(path, linked, failed);
+  if (failed) std::filesystem::copy_file(path, linked, failed);
+  if (failed || std::rename(linked.c_str(), previous.c_str()) != 0) std::remove(linked.c_str());
+}
+
+NFOPIDN_HOST bool find_target(const std::string& path, OutputTarget& target) {
   namespace fs = std::filesystem;
   target.path = path;
   target.descriptor = descriptor_of(path);
@@ -155,10 +207,11 @@ inline bool find_target(const std::string& path, OutputTarget& target) {
   return !failed;
 }
 
-inline Outcome unwritable(const std::string& path) { return file_fault(path, "cannot be written"); }
+NFOPIDN_HOST Outcome unwritable(const std::string& path) {
+  return file_fault(path, "cannot be written");
+}
 
-// Whether write_file() could write a file, before the work that it is to hold. Leaves nothing.
-inline Outcome check_writable(const std::string& path) {
+NFOPIDN_HOST Outcome check_writable(const std::string& path) {
   OutputTarget target;
   if (!find_target(path, target)) return unwritable(path);
   if (target.is_direct()) return {};
@@ -169,11 +222,8 @@ inline Outcome check_writable(const std::string& path) {
   return {};
 }
 
-// Writes a file atomically: it takes its name when all of it is there, and what had the
-// name before then goes. A name that stands for no regular file, or for an open one (a pipe,
-// /dev/stdout), is written directly. With `previous`, what had the name before is kept as that.
-inline Outcome write_file(const std::string& path, const std::string& content,
-                          const std::string& previous = {}) {
+NFOPIDN_HOST Outcome write_file(const std::string& path, const std::string& content,
+                                const std::string& previous) {
   OutputTarget target;
   if (!find_target(path, target)) return unwritable(path);
   std::FILE* const file = target.open();
@@ -192,26 +242,16 @@ inline Outcome write_file(const std::string& path, const std::string& content,
   return unwritable(path);
 }
 
-// A document from a file; messages begin with the file's name.
-template <class Settings, class Reader>
-Outcome load_document(const std::string& path, const Reader& reader, Settings& result) {
-  std::string text;
-  if (Outcome outcome = read_file(path, text); !outcome) return outcome;
-  Json document;
-  Outcome outcome = parse_json(text, document);
-  if (outcome) outcome = reader(document, result);
-  if (!outcome) outcome.message = path + ": " + outcome.message;
-  return outcome;
-}
-
-inline Outcome load_controller(const std::string& path, ControllerDesign& result) {
+NFOPIDN_HOST Outcome load_controller(const std::string& path, ControllerDesign& result) {
   return load_document(path, read_controller, result);
 }
 
-inline Outcome load_scenario(const std::string& path, Scenario& result) {
+NFOPIDN_HOST Outcome load_scenario(const std::string& path, Scenario& result) {
   return load_document(path, read_scenario, result);
 }
 
-inline std::string document_text(const Json& document) { return document.dump(2) + "\n"; }
+NFOPIDN_HOST std::string document_text(const Json& document) { return document.dump(2) + "\n"; }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json_values.hpp"
 
 namespace nfopidn {
@@ -23,11 +24,7 @@ bool has_field(const std::string& key) {
   return found;
 }
 
-inline std::string list_text(const std::vector<std::string>& words) {
-  std::string list;
-  for (const std::string& word : words) list += (list.empty() ? "" : ", ") + word;
-  return list;
-}
+NFOPIDN_HOST std::string list_text(const std::vector<std::string>& words);
 
 template <class Settings>
 std::string field_list() {
@@ -52,10 +49,8 @@ template <class Settings, std::enable_if_t<nfopidn::detail::has_fields<Settings>
 void read(const Json& value, const Context& context, std::optional<Settings>& result);
 
 // `hint` names the key that was probably meant.
-inline Outcome unknown_key(const std::string& path, const std::string& known,
-                           const std::string& hint = "") {
-  return {Status::not_a_choice, path + " is unknown" + hint + "; known: " + known};
-}
+NFOPIDN_HOST Outcome unknown_key(const std::string& path, const std::string& known,
+                                 const std::string& hint = "");
 
 }  // namespace json
 
@@ -129,27 +124,8 @@ void read(const Json& value, const Context& context, std::optional<Settings>& re
 }
 
 // Documents of version 1 up to `newest` are read.
-inline Outcome check_header(const Json& document, const char* format,
-                            int newest = document_version) {
-  if (!document.is_object()) return {Status::not_a_choice, "the document must be an object"};
-  const auto found = document.find("format");
-  if (found == document.end() || *found != format) {
-    return {Status::not_a_choice, "format must be \"" + std::string(format) + "\""};
-  }
-  const auto version = document.find("version");
-  const bool known = version != document.end() && version->is_number_integer() &&
-                     within(*version, between(1, newest));
-  if (!known) {
-    return {Status::out_of_range,
-            "version is " +
-                (version == document.end()
-                     ? "missing"
-                     : version->dump(-1, ' ', true, Json::error_handler_t::replace)) +
-                "; this library reads version " + (newest > 1 ? "1 to " : "") +
-                std::to_string(newest)};
-  }
-  return {};
-}
+NFOPIDN_HOST Outcome check_header(const Json& document, const char* format,
+                                  int newest = document_version);
 
 }  // namespace json
 
@@ -186,7 +162,51 @@ class Guard {
 }  // namespace json
 
 // Text to JSON. NaN, infinities, trailing text and bad UTF-8 are refused.
-inline Outcome parse_json(const std::string& text, Json& result) {
+NFOPIDN_HOST Outcome parse_json(const std::string& text, Json& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn::json {
+
+NFOPIDN_HOST std::string list_text(const std::vector<std::string>& words) {
+  std::string list;
+  for (const std::string& word : words) list += (list.empty() ? "" : ", ") + word;
+  return list;
+}
+
+NFOPIDN_HOST Outcome unknown_key(const std::string& path, const std::string& known,
+                                 const std::string& hint) {
+  return {Status::not_a_choice, path + " is unknown" + hint + "; known: " + known};
+}
+
+NFOPIDN_HOST Outcome check_header(const Json& document, const char* format, int newest) {
+  if (!document.is_object()) return {Status::not_a_choice, "the document must be an object"};
+  const auto found = document.find("format");
+  if (found == document.end() || *found != format) {
+    return {Status::not_a_choice, "format must be \"" + std::string(format) + "\""};
+  }
+  const auto version = document.find("version");
+  const bool known = version != document.end() && version->is_number_integer() &&
+                     within(*version, between(1, newest));
+  if (!known) {
+    return {Status::out_of_range,
+            "version is " +
+                (version == document.end()
+                     ? "missing"
+                     : version->dump(-1, ' ', true, Json::error_handler_t::replace)) +
+                "; this library reads version " + (newest > 1 ? "1 to " : "") +
+                std::to_string(newest)};
+  }
+  return {};
+}
+
+}  // namespace nfopidn::json
+
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome parse_json(const std::string& text, Json& result) {
   const StandardArithmetic arithmetic;  // the conversion of decimals rounds
   try {
     result = Json::parse(text, json::Guard());
@@ -199,3 +219,5 @@ inline Outcome parse_json(const std::string& text, Json& result) {
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "nfopidn/control/controller_design.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json.hpp"
 
 namespace nfopidn {
@@ -17,7 +18,48 @@ constexpr double robot_tolerance = 0.2;
 // Settings from which taps are fused: a controller of free taps has none.
 constexpr const char* fused_fields[] = {"gains", "alpha", "sigma", "generator"};
 
-inline Json write_controller(const ControllerDesign& design) {
+NFOPIDN_HOST Json write_controller(const ControllerDesign& design);
+
+// Free taps, [3][memory + 2]; their number gives the memory.
+NFOPIDN_HOST Outcome read_taps(const Json& value, ControllerDesign& design);
+
+// Memory beyond that of taps, which searches have no modes for.
+NFOPIDN_HOST Outcome explain_memory_to_tune(const Memory& memory);
+
+// What the tracking law demands of a setting that is at odds with another one.
+NFOPIDN_HOST Outcome explain_tracking_law(const Finding& finding);
+
+// Long memory needs operators whose tail is made of modes.
+NFOPIDN_HOST Outcome explain_consistency(const ControllerDesign& design);
+
+// A controller that knows its sample time runs at that one alone.
+NFOPIDN_HOST Outcome explain_sample_time(const ControllerSettings<double>& settings, double dt);
+
+// What of a robot is off the one that the gains are made for; empty: nothing, or that one is not
+// known.
+NFOPIDN_HOST std::string explain_robot(const ControllerDesign& design, const Robot<double>& robot);
+
+// Of a document without one it is not known.
+NFOPIDN_HOST Outcome read_design_robot(const Json& document, std::optional<Robot<double>>& robot);
+
+NFOPIDN_HOST Outcome read_controller(const Json& document, ControllerDesign& result);
+
+#ifdef NFOPIDN_COMPILED
+extern template Json write_settings(const ControllerSettings<double>&);
+extern template Json write_settings(const Robot<double>&);
+extern template Outcome read_settings(const Json&, const std::string&, ControllerSettings<double>&,
+                                      const std::vector<std::string>&);
+extern template Outcome read_settings(const Json&, const std::string&, Robot<double>&,
+                                      const std::vector<std::string>&);
+#endif
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST Json write_controller(const ControllerDesign& design) {
   Json document = {{"format", controller_format}, {"version", controller_version}};
   document.update(write_settings<ControllerSettings<double>>(design));
   if (design.robot) document["robot"] = write_settings(*design.robot);
@@ -31,8 +73,7 @@ inline Json write_controller(const ControllerDesign& design) {
   return document;
 }
 
-// Free taps, [3][memory + 2]; their number gives the memory.
-inline Outcome read_taps(const Json& value, ControllerDesign& design) {
+NFOPIDN_HOST Outcome read_taps(const Json& value, ControllerDesign& design) {
   const std::string rule =
       "3 lists of 2 to " + std::to_string(maximum_memory + 2) + " numbers, all of one length";
   const auto is_row = [&](const Json& row) {
@@ -62,16 +103,14 @@ inline Outcome read_taps(const Json& value, ControllerDesign& design) {
   return outcome;
 }
 
-// Memory beyond that of taps, which searches have no modes for.
-inline Outcome explain_memory_to_tune(const Memory& memory) {
+NFOPIDN_HOST Outcome explain_memory_to_tune(const Memory& memory) {
   if (!memory.is_long()) return {};
   const double samples =
       memory.is_infinite() ? std::numeric_limits<double>::infinity() : static_cast<double>(memory);
   return refuse_number("memory", samples, between(0, maximum_memory), "samples to tune");
 }
 
-// What the tracking law demands of a setting that is at odds with another one.
-inline Outcome explain_tracking_law(const Finding& finding) {
+NFOPIDN_HOST Outcome explain_tracking_law(const Finding& finding) {
   const std::string field = finding.field;
   const bool speed_gain = field.rfind("speed_gain", 0) == 0;
   const bool amplitude = field.rfind("amplitude", 0) == 0;
@@ -91,8 +130,7 @@ inline Outcome explain_tracking_law(const Finding& finding) {
   return refuse(finding.status, field, number_text(finding.value), rule);
 }
 
-// Long memory needs operators whose tail is made of modes.
-inline Outcome explain_consistency(const ControllerDesign& design) {
+NFOPIDN_HOST Outcome explain_consistency(const ControllerDesign& design) {
   const Finding tracking = check_tracking_law<double>(design);
   if (tracking.status != Status::ok) return explain_tracking_law(tracking);
   const Finding finding = check_consistency(design);
@@ -108,8 +146,7 @@ inline Outcome explain_consistency(const ControllerDesign& design) {
       range_text(finding.range) + " with a memory beyond " + std::to_string(maximum_memory));
 }
 
-// A controller that knows its sample time runs at that one alone.
-inline Outcome explain_sample_time(const ControllerSettings<double>& settings, double dt) {
+NFOPIDN_HOST Outcome explain_sample_time(const ControllerSettings<double>& settings, double dt) {
   const Finding finding = check_sample_time(settings, dt);
   if (finding.status == Status::ok) return {};
   return {finding.status, "sample_time of the controller is " + number_text(finding.value) +
@@ -117,9 +154,7 @@ inline Outcome explain_sample_time(const ControllerSettings<double>& settings, d
                               " s (nfopidn.fractional.retune converts gains)"};
 }
 
-// What of a robot is off the one that the gains are made for; empty: nothing, or that one is not
-// known.
-inline std::string explain_robot(const ControllerDesign& design, const Robot<double>& robot) {
+NFOPIDN_HOST std::string explain_robot(const ControllerDesign& design, const Robot<double>& robot) {
   std::string text;
   if (!design.robot) return text;
   Robot<double>::fields([&](const auto& field) {
@@ -133,8 +168,7 @@ inline std::string explain_robot(const ControllerDesign& design, const Robot<dou
   return text;
 }
 
-// Of a document without one it is not known.
-inline Outcome read_design_robot(const Json& document, std::optional<Robot<double>>& robot) {
+NFOPIDN_HOST Outcome read_design_robot(const Json& document, std::optional<Robot<double>>& robot) {
   robot.reset();
   const auto found = document.find("robot");
   if (found == document.end() || found->is_null()) return {};
@@ -144,7 +178,7 @@ inline Outcome read_design_robot(const Json& document, std::optional<Robot<doubl
   return outcome;
 }
 
-inline Outcome read_controller(const Json& document, ControllerDesign& result) {
+NFOPIDN_HOST Outcome read_controller(const Json& document, ControllerDesign& result) {
   if (Outcome outcome = json::check_header(document, controller_format, controller_version);
       !outcome) {
     return outcome;
@@ -178,3 +212,5 @@ inline Outcome read_controller(const Json& document, ControllerDesign& result) {
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

@@ -1,6 +1,7 @@
 // L4. A search's method and its options as JSON.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json.hpp"
 #include "nfopidn/search/method.hpp"
 
@@ -19,7 +20,18 @@ Outcome explain_options(const Options& options) {
 }  // namespace json
 
 // Fills the options of the method of that name; what is not given has its default.
-inline Outcome read_method(const std::string& name, const Json& given, MethodOptions& result) {
+NFOPIDN_HOST Outcome read_method(const std::string& name, const Json& given, MethodOptions& result);
+
+NFOPIDN_HOST Json write_options(const MethodOptions& options);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome read_method(const std::string& name, const Json& given,
+                                 MethodOptions& result) {
   const std::optional<MethodOptions> defaults = method_named(name);
   if (!defaults) {
     std::vector<std::string> names;
@@ -36,8 +48,10 @@ inline Outcome read_method(const std::string& name, const Json& given, MethodOpt
       result);
 }
 
-inline Json write_options(const MethodOptions& options) {
+NFOPIDN_HOST Json write_options(const MethodOptions& options) {
   return std::visit([](const auto& own) { return write_settings(own); }, options);
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

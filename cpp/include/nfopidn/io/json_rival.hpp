@@ -1,6 +1,7 @@
 // L4. Rivals as JSON documents.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json.hpp"
 #include "nfopidn/rivals/rivals.hpp"
 
@@ -8,7 +9,22 @@ namespace nfopidn {
 
 constexpr const char* rival_format = "nfopidn-rival";
 
-inline Json write_rival(const rivals::RivalDesign& design) {
+NFOPIDN_HOST Json write_rival(const rivals::RivalDesign& design);
+
+NFOPIDN_HOST Outcome find_law(const Json& name, std::size_t& law);
+
+// Parameters that are left out keep the law's own values.
+NFOPIDN_HOST Outcome read_rival_parameters(const Json& given, rivals::RivalDesign& design);
+
+NFOPIDN_HOST Outcome read_rival(const Json& document, rivals::RivalDesign& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST Json write_rival(const rivals::RivalDesign& design) {
   Json parameters = Json::object();
   const std::vector<ParameterBounds> bounds = rivals::law_bounds(design.law, design.integral);
   for (std::size_t i = 0; i < bounds.size(); ++i) {
@@ -25,7 +41,7 @@ inline Json write_rival(const rivals::RivalDesign& design) {
   return document;
 }
 
-inline Outcome find_law(const Json& name, std::size_t& law) {
+NFOPIDN_HOST Outcome find_law(const Json& name, std::size_t& law) {
   std::vector<std::string> known;
   for (std::size_t i = 0; i < rivals::law_count; ++i) {
     known.push_back(rivals::law_name(i));
@@ -38,8 +54,7 @@ inline Outcome find_law(const Json& name, std::size_t& law) {
                 "one of " + json::list_text(known));
 }
 
-// Parameters that are left out keep the law's own values.
-inline Outcome read_rival_parameters(const Json& given, rivals::RivalDesign& design) {
+NFOPIDN_HOST Outcome read_rival_parameters(const Json& given, rivals::RivalDesign& design) {
   return rivals::with_law(design.law, [&](auto* own) {
     typename std::remove_pointer_t<decltype(own)>::Settings settings;
     rivals::IntegralGains<double> integral;
@@ -63,7 +78,7 @@ inline Outcome read_rival_parameters(const Json& given, rivals::RivalDesign& des
   });
 }
 
-inline Outcome read_rival(const Json& document, rivals::RivalDesign& result) {
+NFOPIDN_HOST Outcome read_rival(const Json& document, rivals::RivalDesign& result) {
   if (Outcome outcome = json::check_header(document, rival_format); !outcome) return outcome;
   rivals::RivalDesign design;
   Outcome outcome;
@@ -85,3 +100,5 @@ inline Outcome read_rival(const Json& document, rivals::RivalDesign& result) {
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

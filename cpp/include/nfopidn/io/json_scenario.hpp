@@ -1,13 +1,75 @@
 // L4. Trajectories and scenarios as JSON documents.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/json.hpp"
 
 namespace nfopidn {
 
 constexpr const char* scenario_format = "nfopidn-scenario";
 
-inline Json write_trajectory(const Trajectory& trajectory) {
+NFOPIDN_HOST Json write_trajectory(const Trajectory& trajectory);
+
+namespace json {
+
+constexpr Range position_range = between(-1e9, 1e9);  // [m]
+constexpr Range angle_range = between(-1e6, 1e6);     // [rad]
+
+NFOPIDN_HOST Outcome read_numbers(const Json& object, const char* key, const std::string& path,
+                                  const Range& range, const char* unit, Eigen::ArrayXd& result);
+
+NFOPIDN_HOST Outcome read_flags(const Json& object, const std::string& path,
+                                std::vector<unsigned char>& result);
+
+// Says in words why make_trajectory() refused settings whose every field is in range.
+NFOPIDN_HOST Outcome explain_trajectory(Status status, const TrajectorySettings& settings,
+                                        double count, const std::string& path);
+
+}  // namespace json
+
+// Fills a trajectory from its settings, and from positions when its name is "samples".
+NFOPIDN_HOST Outcome build_trajectory(const TrajectorySettings& settings, const Samples& samples,
+                                      const std::string& path, Trajectory& result);
+
+namespace json {
+
+// The keys that a path of samples has, and those that it has not.
+NFOPIDN_HOST Outcome read_samples(const Json& object, const std::string& path, Samples& samples);
+
+NFOPIDN_HOST Outcome refuse_samples(const Json& object, const std::string& path);
+
+}  // namespace json
+
+// Keys not named keep the values of `result`, which is a trajectory already or empty.
+NFOPIDN_HOST Outcome read_trajectory(const Json& object, const std::string& path,
+                                     Trajectory& result);
+
+NFOPIDN_HOST Json write_scenario(const Scenario& scenario);
+
+// Settings each in range may still contradict each other.
+NFOPIDN_HOST Outcome explain_consistency(const Scenario& scenario);
+
+// What a scenario document's missing keys stand for.
+NFOPIDN_HOST Scenario default_scenario();
+
+NFOPIDN_HOST Outcome read_scenario(const Json& document, Scenario& result);
+
+#ifdef NFOPIDN_COMPILED
+extern template Json write_settings(const Scenario&);
+extern template Json write_settings(const TrajectorySettings&);
+extern template Outcome read_settings(const Json&, const std::string&, Scenario&,
+                                      const std::vector<std::string>&);
+extern template Outcome read_settings(const Json&, const std::string&, TrajectorySettings&,
+                                      const std::vector<std::string>&);
+#endif
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST Json write_trajectory(const Trajectory& trajectory) {
   const TrajectorySettings& s = trajectory.settings;
   // Documents without it are as they were before paths had a standstill speed.
   if (s.name != Curve::samples) {
@@ -37,13 +99,12 @@ inline Json write_trajectory(const Trajectory& trajectory) {
   return object;
 }
 
-namespace json {
+}  // namespace nfopidn
 
-constexpr Range position_range = between(-1e9, 1e9);  // [m]
-constexpr Range angle_range = between(-1e6, 1e6);     // [rad]
+namespace nfopidn::json {
 
-inline Outcome read_numbers(const Json& object, const char* key, const std::string& path,
-                            const Range& range, const char* unit, Eigen::ArrayXd& result) {
+NFOPIDN_HOST Outcome read_numbers(const Json& object, const char* key, const std::string& path,
+                                  const Range& range, const char* unit, Eigen::ArrayXd& result) {
   const std::string name = join(path, key);
   const auto found = object.find(key);
   if (found == object.end() || !found->is_array()) {
@@ -58,8 +119,8 @@ inline Outcome read_numbers(const Json& object, const char* key, const std::stri
   return outcome;
 }
 
-inline Outcome read_flags(const Json& object, const std::string& path,
-                          std::vector<unsigned char>& result) {
+NFOPIDN_HOST Outcome read_flags(const Json& object, const std::string& path,
+                                std::vector<unsigned char>& result) {
   const std::string name = join(path, "reverse");
   const Json& list = object["reverse"];
   if (!list.is_array()) return {Status::wrong_size, name + " must be a list of true and false"};
@@ -73,9 +134,8 @@ inline Outcome read_flags(const Json& object, const std::string& path,
   return outcome;
 }
 
-// Says in words why make_trajectory() refused settings whose every field is in range.
-inline Outcome explain_trajectory(Status status, const TrajectorySettings& settings, double count,
-                                  const std::string& path) {
+NFOPIDN_HOST Outcome explain_trajectory(Status status, const TrajectorySettings& settings,
+                                        double count, const std::string& path) {
   if (status == Status::ok) return {};
   if (status == Status::not_a_choice) {
     return {status, join(path, "reverse") +
@@ -90,11 +150,12 @@ inline Outcome explain_trajectory(Status status, const TrajectorySettings& setti
                 range_text(between(minimum_samples, maximum_samples)));
 }
 
-}  // namespace json
+}  // namespace nfopidn::json
 
-// Fills a trajectory from its settings, and from positions when its name is "samples".
-inline Outcome build_trajectory(const TrajectorySettings& settings, const Samples& samples,
-                                const std::string& path, Trajectory& result) {
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome build_trajectory(const TrajectorySettings& settings, const Samples& samples,
+                                      const std::string& path, Trajectory& result) {
   if (settings.name != Curve::samples) {
     return json::explain_trajectory(make_trajectory(settings, result), settings,
                                     sample_count(settings), path);
@@ -124,10 +185,11 @@ inline Outcome build_trajectory(const TrajectorySettings& settings, const Sample
                                   static_cast<double>(count) * settings.laps, path);
 }
 
-namespace json {
+}  // namespace nfopidn
 
-// The keys that a path of samples has, and those that it has not.
-inline Outcome read_samples(const Json& object, const std::string& path, Samples& samples) {
+namespace nfopidn::json {
+
+NFOPIDN_HOST Outcome read_samples(const Json& object, const std::string& path, Samples& samples) {
   for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
     if (object.contains(key)) {
       return unknown_key(join(path, key),
@@ -146,17 +208,19 @@ inline Outcome read_samples(const Json& object, const std::string& path, Samples
   return object.contains("reverse") ? read_flags(object, path, samples.reverse) : Outcome{};
 }
 
-inline Outcome refuse_samples(const Json& object, const std::string& path) {
+NFOPIDN_HOST Outcome refuse_samples(const Json& object, const std::string& path) {
   for (const char* key : {"x", "y", "theta", "reverse"}) {
     if (object.contains(key)) return unknown_key(join(path, key), field_list<TrajectorySettings>());
   }
   return {};
 }
 
-}  // namespace json
+}  // namespace nfopidn::json
 
-// Keys not named keep the values of `result`, which is a trajectory already or empty.
-inline Outcome read_trajectory(const Json& object, const std::string& path, Trajectory& result) {
+namespace nfopidn {
+
+NFOPIDN_HOST Outcome read_trajectory(const Json& object, const std::string& path,
+                                     Trajectory& result) {
   TrajectorySettings settings = result.settings;
   if (Outcome outcome = read_settings(object, path, settings, {"x", "y", "theta", "reverse"});
       !outcome) {
@@ -169,7 +233,7 @@ inline Outcome read_trajectory(const Json& object, const std::string& path, Traj
   return build_trajectory(settings, samples, path, result);
 }
 
-inline Json write_scenario(const Scenario& scenario) {
+NFOPIDN_HOST Json write_scenario(const Scenario& scenario) {
   Json document = {{"format", scenario_format}, {"version", document_version}};
   document["trajectory"] = write_trajectory(scenario.trajectory);
   document["robot"] = write_settings(scenario.robot);
@@ -183,8 +247,7 @@ inline Json write_scenario(const Scenario& scenario) {
   return document;
 }
 
-// Settings each in range may still contradict each other.
-inline Outcome explain_consistency(const Scenario& scenario) {
+NFOPIDN_HOST Outcome explain_consistency(const Scenario& scenario) {
   const Finding finding = check_consistency(scenario);
   if (finding.status == Status::ok) return {};
   const std::string value = number_text(finding.value);
@@ -203,14 +266,13 @@ inline Outcome explain_consistency(const Scenario& scenario) {
                               number_text(finding.range.high)};
 }
 
-// What a scenario document's missing keys stand for.
-inline Scenario default_scenario() {
+NFOPIDN_HOST Scenario default_scenario() {
   Scenario scenario = Scenario::published();
   scenario.initial_pose.reset();
   return scenario;
 }
 
-inline Outcome read_scenario(const Json& document, Scenario& result) {
+NFOPIDN_HOST Outcome read_scenario(const Json& document, Scenario& result) {
   if (Outcome outcome = json::check_header(document, scenario_format); !outcome) return outcome;
   Scenario scenario = result;
   if (const auto found = document.find("trajectory"); found != document.end()) {
@@ -229,3 +291,5 @@ inline Outcome read_scenario(const Json& document, Scenario& result) {
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/nearest.hpp"
 #include "nfopidn/io/outcome.hpp"
 #include "nfopidn/simulation/scenario.hpp"
@@ -32,12 +33,7 @@ struct Context {
   }
   // Of a text that is none of the words, the message names the word that was probably meant.
   void wrong_type(const Json& value, const std::string& rule,
-                  const std::vector<std::string>& words = {}) const {
-    std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
-    if (text.size() > 40) text = text.substr(0, 37) + "...";
-    if (value.is_string()) text += suggestion(value.get_ref<const std::string&>(), words);
-    complain(refuse(Status::not_a_choice, path, text, rule));
-  }
+                  const std::vector<std::string>& words = {}) const;
 };
 
 template <class Choice>
@@ -49,26 +45,10 @@ std::string choice_list() {
   return list;
 }
 
-inline void read(const Json& value, const Context& context, double& result) {
-  if (!value.is_number()) return context.wrong_type(value, "a number");
-  const double number = value.get<double>();
-  if (!std::isfinite(number) || !context.range.contains(number)) {
-    return context.complain(refuse_number(context.path, number, context.range, context.unit));
-  }
-  result = number;
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context, double& result);
 
 // Whether a whole number lies in a range whose ends are whole and belong to it.
-inline bool within(const Json& value, const Range& range) {
-  if (value.is_number_unsigned()) {
-    return range.high >= 0 &&
-           value.get<std::uint64_t>() <= static_cast<std::uint64_t>(range.high) &&
-           (range.low <= 0 || value.get<std::uint64_t>() >= static_cast<std::uint64_t>(range.low));
-  }
-  const auto number = value.get<std::int64_t>();
-  return number >= static_cast<std::int64_t>(range.low) &&
-         number <= static_cast<std::int64_t>(range.high);
-}
+NFOPIDN_HOST bool within(const Json& value, const Range& range);
 
 // A whole number may be written 5 or 5.0.
 template <class Integer, std::enable_if_t<std::is_integral_v<Integer>, int> = 0>
@@ -96,22 +76,9 @@ void read(const Json& value, const Context& context, Integer& result) {
 }
 
 // JSON has no number for infinity.
-inline void read(const Json& value, const Context& context, Memory& result) {
-  if (value == "inf") {
-    result = infinite_memory;
-  } else {
-    read(value, {context.path, context.range, "samples, or \"inf\"", context.outcome},
-         result.samples);
-  }
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context, Memory& result);
 
-inline void read(const Json& value, const Context& context, SampleTime<double>& result) {
-  if (value.is_null()) {
-    result = {};
-  } else {
-    read(value, context, result.seconds);
-  }
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context, SampleTime<double>& result);
 
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 void read(const Json& value, const Context& context, Choice& result) {
@@ -163,28 +130,9 @@ void read(const Json& value, const Context& context, std::array<double, count>& 
   for (std::size_t i = 0; i < count; ++i) read(value[i], context.at(i), result[i]);
 }
 
-inline void read(const Json& value, const Context& context, Allocation<double>& result) {
-  if (value == "paper") {
-    result = Allocation<double>::paper();
-  } else if (value == "decoupled") {
-    result = Allocation<double>::decoupled();
-  } else if (value.is_array()) {
-    read(value, context, result.matrix);
-  } else {
-    context.wrong_type(value, "\"paper\", \"decoupled\" or 2 lists of 3 numbers",
-                       {"paper", "decoupled"});
-  }
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context, Allocation<double>& result);
 
-inline void read(const Json& value, const Context& context, std::optional<double>& result) {
-  if (value.is_null()) {
-    result.reset();
-    return;
-  }
-  double number = 0;
-  read(value, context, number);
-  if (context.outcome->status == Status::ok) result = number;
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context, std::optional<double>& result);
 
 template <std::size_t count>
 void read(const Json& value, const Context& context,
@@ -198,41 +146,17 @@ void read(const Json& value, const Context& context,
   if (context.outcome->status == Status::ok) result = numbers;
 }
 
-inline void read(const Json& value, const Context& context, InitialVelocity& result) {
-  if (value == "reference") {
-    result = {true, {0, 0}};
-  } else if (value.is_array()) {
-    result.reference = false;
-    read(value, context, result.value);
-  } else {
-    context.wrong_type(value, "a list of 2 numbers or \"reference\"");
-  }
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context, InitialVelocity& result);
 
-inline void read(const Json& value, const Context& context,
-                 std::vector<std::array<double, 2>>& result) {
-  if (!value.is_array() || value.empty()) {
-    return context.wrong_type(value, "a list of 2 numbers, or one such list a sample");
-  }
-  const bool by_sample = value[0].is_array();
-  std::vector<std::array<double, 2>> pairs(by_sample ? value.size() : 1);
-  if (!by_sample) read(value, context, pairs[0]);
-  for (std::size_t i = 0; by_sample && i < pairs.size(); ++i) {
-    read(value[i], context.at(i), pairs[i]);
-  }
-  if (context.outcome->status == Status::ok) result = std::move(pairs);
-}
+NFOPIDN_HOST void read(const Json& value, const Context& context,
+                       std::vector<std::array<double, 2>>& result);
 
 template <class Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
 Json write(Number value) {
   return value;
 }
-inline Json write(const Memory& value) {
-  return value.is_infinite() ? Json("inf") : Json(value.samples);
-}
-inline Json write(const SampleTime<double>& value) {
-  return value.has_value() ? Json(*value) : Json(nullptr);
-}
+NFOPIDN_HOST Json write(const Memory& value);
+NFOPIDN_HOST Json write(const SampleTime<double>& value);
 template <class Choice, std::enable_if_t<std::is_enum_v<Choice>, int> = 0>
 Json write(Choice value) {
   return ChoiceNames<Choice>::names[static_cast<int>(value)];
@@ -252,7 +176,106 @@ template <std::size_t count>
 Json write(const std::array<double, count>& value) {
   return Json(value);
 }
-inline Json write(const Allocation<double>& value) {
+NFOPIDN_HOST Json write(const Allocation<double>& value);
+NFOPIDN_HOST Json write(const std::optional<double>& value);
+template <std::size_t count>
+Json write(const std::optional<std::array<double, count>>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+NFOPIDN_HOST Json write(const InitialVelocity& value);
+NFOPIDN_HOST Json write(const std::vector<std::array<double, 2>>& value);
+
+}  // namespace json
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn::json {
+
+NFOPIDN_HOST void read(const Json& value, const Context& context, double& result) {
+  if (!value.is_number()) return context.wrong_type(value, "a number");
+  const double number = value.get<double>();
+  if (!std::isfinite(number) || !context.range.contains(number)) {
+    return context.complain(refuse_number(context.path, number, context.range, context.unit));
+  }
+  result = number;
+}
+
+NFOPIDN_HOST void read(const Json& value, const Context& context, Memory& result) {
+  if (value == "inf") {
+    result = infinite_memory;
+  } else {
+    read(value, {context.path, context.range, "samples, or \"inf\"", context.outcome},
+         result.samples);
+  }
+}
+
+NFOPIDN_HOST void read(const Json& value, const Context& context, SampleTime<double>& result) {
+  if (value.is_null()) {
+    result = {};
+  } else {
+    read(value, context, result.seconds);
+  }
+}
+
+NFOPIDN_HOST void read(const Json& value, const Context& context, Allocation<double>& result) {
+  if (value == "paper") {
+    result = Allocation<double>::paper();
+  } else if (value == "decoupled") {
+    result = Allocation<double>::decoupled();
+  } else if (value.is_array()) {
+    read(value, context, result.matrix);
+  } else {
+    context.wrong_type(value, "\"paper\", \"decoupled\" or 2 lists of 3 numbers",
+                       {"paper", "decoupled"});
+  }
+}
+
+NFOPIDN_HOST void read(const Json& value, const Context& context, std::optional<double>& result) {
+  if (value.is_null()) {
+    result.reset();
+    return;
+  }
+  double number = 0;
+  read(value, context, number);
+  if (context.outcome->status == Status::ok) result = number;
+}
+
+NFOPIDN_HOST void read(const Json& value, const Context& context, InitialVelocity& result) {
+  if (value == "reference") {
+    result = {true, {0, 0}};
+  } else if (value.is_array()) {
+    result.reference = false;
+    read(value, context, result.value);
+  } else {
+    context.wrong_type(value, "a list of 2 numbers or \"reference\"");
+  }
+}
+
+NFOPIDN_HOST void read(const Json& value, const Context& context,
+                       std::vector<std::array<double, 2>>& result) {
+  if (!value.is_array() || value.empty()) {
+    return context.wrong_type(value, "a list of 2 numbers, or one such list a sample");
+  }
+  const bool by_sample = value[0].is_array();
+  std::vector<std::array<double, 2>> pairs(by_sample ? value.size() : 1);
+  if (!by_sample) read(value, context, pairs[0]);
+  for (std::size_t i = 0; by_sample && i < pairs.size(); ++i) {
+    read(value[i], context.at(i), pairs[i]);
+  }
+  if (context.outcome->status == Status::ok) result = std::move(pairs);
+}
+
+NFOPIDN_HOST Json write(const Memory& value) {
+  return value.is_infinite() ? Json("inf") : Json(value.samples);
+}
+
+NFOPIDN_HOST Json write(const SampleTime<double>& value) {
+  return value.has_value() ? Json(*value) : Json(nullptr);
+}
+
+NFOPIDN_HOST Json write(const Allocation<double>& value) {
   switch (value.kind()) {
     case AllocationKind::paper:
       return "paper";
@@ -263,20 +286,38 @@ inline Json write(const Allocation<double>& value) {
   }
   return write(value.matrix);
 }
-inline Json write(const std::optional<double>& value) {
+
+NFOPIDN_HOST Json write(const std::optional<double>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
-template <std::size_t count>
-Json write(const std::optional<std::array<double, count>>& value) {
-  return value ? Json(*value) : Json(nullptr);
-}
-inline Json write(const InitialVelocity& value) {
+
+NFOPIDN_HOST Json write(const InitialVelocity& value) {
   return value.reference ? Json("reference") : Json(value.value);
 }
-inline Json write(const std::vector<std::array<double, 2>>& value) {
+
+NFOPIDN_HOST Json write(const std::vector<std::array<double, 2>>& value) {
   return value.size() == 1 ? Json(value[0]) : Json(value);
 }
 
-}  // namespace json
+NFOPIDN_HOST bool within(const Json& value, const Range& range) {
+  if (value.is_number_unsigned()) {
+    return range.high >= 0 &&
+           value.get<std::uint64_t>() <= static_cast<std::uint64_t>(range.high) &&
+           (range.low <= 0 || value.get<std::uint64_t>() >= static_cast<std::uint64_t>(range.low));
+  }
+  const auto number = value.get<std::int64_t>();
+  return number >= static_cast<std::int64_t>(range.low) &&
+         number <= static_cast<std::int64_t>(range.high);
+}
 
-}  // namespace nfopidn
+NFOPIDN_HOST void Context::wrong_type(const Json& value, const std::string& rule,
+                                      const std::vector<std::string>& words) const {
+  std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  if (text.size() > 40) text = text.substr(0, 37) + "...";
+  if (value.is_string()) text += suggestion(value.get_ref<const std::string&>(), words);
+  complain(refuse(Status::not_a_choice, path, text, rule));
+}
+
+}  // namespace nfopidn::json
+
+#endif  // NFOPIDN_DEFINES_IO

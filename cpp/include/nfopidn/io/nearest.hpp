@@ -6,11 +6,30 @@
 #include <string_view>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
+
 namespace nfopidn {
 
 // How many insertions, deletions, changes of a letter and exchanges of two neighbouring letters
 // turn one word into the other, where no letter is touched twice (optimal string alignment).
-inline std::size_t edit_distance(std::string_view one, std::string_view other) {
+NFOPIDN_HOST std::size_t edit_distance(std::string_view one, std::string_view other);
+
+// The known word with the fewest edits, at most one for every three letters of the longer word;
+// empty where none is that near. Case and the difference of '_' and '-' do not count. Words of
+// more than 64 letters are no slips.
+NFOPIDN_HOST std::string nearest_word(const std::string& word,
+                                      const std::vector<std::string>& known);
+
+// " (did you mean mass?)", to stand behind the refused word; empty where no word is near.
+NFOPIDN_HOST std::string suggestion(const std::string& word, const std::vector<std::string>& known);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST std::size_t edit_distance(std::string_view one, std::string_view other) {
   std::vector<std::size_t> previous, row(other.size() + 1), next(other.size() + 1);
   for (std::size_t j = 0; j <= other.size(); ++j) row[j] = j;
   for (std::size_t i = 1; i <= one.size(); ++i) {
@@ -28,10 +47,8 @@ inline std::size_t edit_distance(std::string_view one, std::string_view other) {
   return row[other.size()];
 }
 
-// The known word with the fewest edits, at most one for every three letters of the longer word;
-// empty where none is that near. Case and the difference of '_' and '-' do not count. Words of
-// more than 64 letters are no slips.
-inline std::string nearest_word(const std::string& word, const std::vector<std::string>& known) {
+NFOPIDN_HOST std::string nearest_word(const std::string& word,
+                                      const std::vector<std::string>& known) {
   constexpr std::size_t longest = 64;
   constexpr std::size_t letters_per_edit = 3;
   if (word.size() > longest) return "";
@@ -54,10 +71,12 @@ inline std::string nearest_word(const std::string& word, const std::vector<std::
   return nearest;
 }
 
-// " (did you mean mass?)", to stand behind the refused word; empty where no word is near.
-inline std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
+NFOPIDN_HOST std::string suggestion(const std::string& word,
+                                    const std::vector<std::string>& known) {
   const std::string nearest = nearest_word(word, known);
   return nearest.empty() ? "" : " (did you mean " + nearest + "?)";
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

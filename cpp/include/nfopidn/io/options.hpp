@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/csv.hpp"
 
 namespace nfopidn {
@@ -21,34 +22,11 @@ std::vector<std::string> option_names(const Field<Owner, Value>& field, const st
 
 namespace words {
 
-inline Json number_or_text(std::string_view word) {
-  double number = 0;
-  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
-  // Whole numbers beyond 2^53 are kept as they are: a double would round them.
-  std::int64_t whole = 0;
-  const auto digits = std::from_chars(word.data(), word.data() + word.size(), whole);
-  const bool is_whole = digits.ec == std::errc() && digits.ptr == word.data() + word.size();
-  if (is_whole && std::abs(whole) > (std::int64_t{1} << 53)) return whole;
-  const auto result = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (result.ec != std::errc() || result.ptr != word.data() + word.size()) return std::string(word);
-  return number;
-}
+NFOPIDN_HOST Json number_or_text(std::string_view word);
 
-inline Json list(std::string_view text) {
-  Json numbers = Json::array();
-  for (const std::string_view word : csv::split(text)) numbers.push_back(number_or_text(word));
-  return numbers;
-}
+NFOPIDN_HOST Json list(std::string_view text);
 
-inline Json rows(std::string_view text, std::size_t columns) {
-  const Json flat = list(text);
-  Json result = Json::array();
-  for (std::size_t i = 0; i < flat.size(); ++i) {
-    if (i % columns == 0) result.push_back(Json::array());
-    result.back().push_back(flat[i]);
-  }
-  return result;
-}
+NFOPIDN_HOST Json rows(std::string_view text, std::size_t columns);
 
 template <class Value>
 struct Reading {
@@ -152,3 +130,40 @@ Json words_to_json(const Words& given) {
 }
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn::words {
+
+NFOPIDN_HOST Json number_or_text(std::string_view word) {
+  double number = 0;
+  if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+  // Whole numbers beyond 2^53 are kept as they are: a double would round them.
+  std::int64_t whole = 0;
+  const auto digits = std::from_chars(word.data(), word.data() + word.size(), whole);
+  const bool is_whole = digits.ec == std::errc() && digits.ptr == word.data() + word.size();
+  if (is_whole && std::abs(whole) > (std::int64_t{1} << 53)) return whole;
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (result.ec != std::errc() || result.ptr != word.data() + word.size()) return std::string(word);
+  return number;
+}
+
+NFOPIDN_HOST Json list(std::string_view text) {
+  Json numbers = Json::array();
+  for (const std::string_view word : csv::split(text)) numbers.push_back(number_or_text(word));
+  return numbers;
+}
+
+NFOPIDN_HOST Json rows(std::string_view text, std::size_t columns) {
+  const Json flat = list(text);
+  Json result = Json::array();
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    if (i % columns == 0) result.push_back(Json::array());
+    result.back().push_back(flat[i]);
+  }
+  return result;
+}
+
+}  // namespace nfopidn::words
+
+#endif  // NFOPIDN_DEFINES_IO

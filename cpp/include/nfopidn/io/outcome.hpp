@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/foundation/schema.hpp"
 
 namespace nfopidn {
@@ -17,15 +18,34 @@ struct Outcome {
 };
 
 // The shortest decimal that reads back as the same number.
-inline std::string number_text(double value) {
+NFOPIDN_HOST std::string number_text(double value);
+
+// Text for one line of a terminal: control characters and bytes beyond ASCII that are no UTF-8
+// become \xNN.
+NFOPIDN_HOST std::string printable(const std::string& text);
+
+NFOPIDN_HOST std::string range_text(const Range& range);
+
+// "robot.mass is -1; must be in [1e-06, 1e+06] kg"
+NFOPIDN_HOST Outcome refuse(Status status, const std::string& name, const std::string& value,
+                            const std::string& rule);
+
+NFOPIDN_HOST Outcome refuse_number(const std::string& name, double value, const Range& range,
+                                   const char* unit = "");
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn {
+
+NFOPIDN_HOST std::string number_text(double value) {
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value);
   return {text, end.ptr};
 }
 
-// Text for one line of a terminal: control characters and bytes beyond ASCII that are no UTF-8
-// become \xNN.
-inline std::string printable(const std::string& text) {
+NFOPIDN_HOST std::string printable(const std::string& text) {
   std::string result;
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<unsigned char>(text[i]);
@@ -50,7 +70,7 @@ inline std::string printable(const std::string& text) {
   return result;
 }
 
-inline std::string range_text(const Range& range) {
+NFOPIDN_HOST std::string range_text(const Range& range) {
   const bool low = std::isfinite(range.low);
   const bool high = std::isfinite(range.high);
   if (low && high) {
@@ -62,14 +82,13 @@ inline std::string range_text(const Range& range) {
   return "finite";
 }
 
-// "robot.mass is -1; must be in [1e-06, 1e+06] kg"
-inline Outcome refuse(Status status, const std::string& name, const std::string& value,
-                      const std::string& rule) {
+NFOPIDN_HOST Outcome refuse(Status status, const std::string& name, const std::string& value,
+                            const std::string& rule) {
   return {status, name + " is " + value + "; must be " + rule};
 }
 
-inline Outcome refuse_number(const std::string& name, double value, const Range& range,
-                             const char* unit = "") {
+NFOPIDN_HOST Outcome refuse_number(const std::string& name, double value, const Range& range,
+                                   const char* unit) {
   // Where the range alone would let infinity pass, say that it does not.
   const bool open = !std::isfinite(range.low) || !std::isfinite(range.high);
   const bool plain = !std::isfinite(range.low) && !std::isfinite(range.high);
@@ -81,3 +100,5 @@ inline Outcome refuse_number(const std::string& name, double value, const Range&
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_IO

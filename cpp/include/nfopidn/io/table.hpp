@@ -6,68 +6,23 @@
 #include <string_view>
 #include <type_traits>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/files.hpp"
 
 namespace nfopidn::csv {
 
-inline std::string_view trimmed(std::string_view cell) {
-  constexpr std::string_view blanks = " \t";
-  const std::size_t first = cell.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return cell.substr(first, cell.find_last_not_of(blanks) - first + 1);
-}
+NFOPIDN_HOST std::string_view trimmed(std::string_view cell);
 
 // What stands between cells; ' ' for any number of blanks.
-inline char find_separator(std::string_view line) {
-  char best = ' ';
-  std::ptrdiff_t most = 0;
-  for (const char candidate : {';', '\t', ','}) {
-    const std::ptrdiff_t count = std::count(line.begin(), line.end(), candidate);
-    if (count > most) {
-      most = count;
-      best = candidate;
-    }
-  }
-  return best;
-}
+NFOPIDN_HOST char find_separator(std::string_view line);
 
 // Takes the next cell off a line, without blanks and quotes around it. False when there is none.
-inline bool next_cell(std::string_view& rest, bool& ended, char separator, std::string_view& cell) {
-  if (ended) return false;
-  if (separator == ' ') rest = trimmed(rest);
-  std::size_t from = rest.find_first_not_of(" \t");
-  const char quote = from < rest.size() ? rest[from] : '\0';
-  if (quote == '"' || quote == '\'') {
-    from = rest.find(quote,
-                     from + 1);  // a separator between quotes separates nothing
-  }
-  const std::size_t end = from >= rest.size() ? std::string_view::npos
-                                              : (separator == ' ' ? rest.find_first_of(" \t", from)
-                                                                  : rest.find(separator, from));
-  cell = trimmed(rest.substr(0, end));
-  ended = end == std::string_view::npos;
-  if (!ended) rest.remove_prefix(end + 1);
-  if (cell.size() > 1 && (cell.front() == '"' || cell.front() == '\'') &&
-      cell.back() == cell.front()) {
-    cell = trimmed(cell.substr(1, cell.size() - 2));
-  }
-  return true;
-}
+NFOPIDN_HOST bool next_cell(std::string_view& rest, bool& ended, char separator,
+                            std::string_view& cell);
 
-inline std::vector<std::string_view> split(std::string_view line, char separator = ',') {
-  std::vector<std::string_view> cells;
-  std::string_view cell;
-  bool ended = false;
-  while (next_cell(line, ended, separator, cell)) cells.push_back(cell);
-  return cells;
-}
+NFOPIDN_HOST std::vector<std::string_view> split(std::string_view line, char separator = ',');
 
-inline bool parse_number(std::string_view cell, double& value) {
-  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
-  const char* end = cell.data() + cell.size();
-  const auto result = std::from_chars(cell.data(), end, value);
-  return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
-}
+NFOPIDN_HOST bool parse_number(std::string_view cell, double& value);
 
 // A header and rows of cells. It looks into the text that it was parsed from.
 struct Table {
@@ -78,23 +33,10 @@ struct Table {
   std::vector<std::size_t> lines;  // of each row in the file
 };
 
-inline Outcome fault(const std::string& path, std::size_t line, const std::string& message) {
-  return {Status::wrong_size, path + ":" + std::to_string(line) + ": " + message};
-}
+NFOPIDN_HOST Outcome fault(const std::string& path, std::size_t line, const std::string& message);
 
 // "columns a, b and 3 more"; names end where a message would.
-inline std::string columns_text(const Table& table) {
-  constexpr std::size_t most = 12;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(most, table.names.size()); ++i) {
-    const std::string& name = table.names[i];
-    text += (i > 0 ? ", " : "") + (name.empty() ? "(no name)" : name.substr(0, 40));
-  }
-  if (table.names.size() > most) {
-    text += " and " + std::to_string(table.names.size() - most) + " more";
-  }
-  return text;
-}
+NFOPIDN_HOST std::string columns_text(const Table& table);
 
 namespace detail {
 
@@ -193,7 +135,103 @@ Outcome parse(const std::string& path, Text&& text, Table& table) = delete;
 // A header line and rows. Empty lines and comments (# or %) are passed over; where the first line
 // that is neither holds numbers alone, the last comment before it is the header, as NumPy writes
 // it.
-inline Outcome parse(const std::string& path, std::string_view text, Table& table) {
+NFOPIDN_HOST Outcome parse(const std::string& path, std::string_view text, Table& table);
+
+// Digits of a number's text behind its point, exponent included: "1.50e-3" has 5.
+NFOPIDN_HOST int decimals(std::string_view cell);
+
+// A column of numbers.
+struct Column {
+  std::string name;  // as the file has it
+  std::vector<double> values;
+  int decimals = 0;  // of the number with the most
+};
+
+NFOPIDN_HOST Outcome read_column(const std::string& path, const Table& table, std::size_t index,
+                                 Column& result);
+
+}  // namespace nfopidn::csv
+
+#ifdef NFOPIDN_DEFINES_IO
+
+namespace nfopidn::csv {
+
+NFOPIDN_HOST std::string_view trimmed(std::string_view cell) {
+  constexpr std::string_view blanks = " \t";
+  const std::size_t first = cell.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return cell.substr(first, cell.find_last_not_of(blanks) - first + 1);
+}
+
+NFOPIDN_HOST char find_separator(std::string_view line) {
+  char best = ' ';
+  std::ptrdiff_t most = 0;
+  for (const char candidate : {';', '\t', ','}) {
+    const std::ptrdiff_t count = std::count(line.begin(), line.end(), candidate);
+    if (count > most) {
+      most = count;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+NFOPIDN_HOST bool next_cell(std::string_view& rest, bool& ended, char separator,
+                            std::string_view& cell) {
+  if (ended) return false;
+  if (separator == ' ') rest = trimmed(rest);
+  std::size_t from = rest.find_first_not_of(" \t");
+  const char quote = from < rest.size() ? rest[from] : '\0';
+  if (quote == '"' || quote == '\'') {
+    from = rest.find(quote,
+                     from + 1);  // a separator between quotes separates nothing
+  }
+  const std::size_t end = from >= rest.size() ? std::string_view::npos
+                                              : (separator == ' ' ? rest.find_first_of(" \t", from)
+                                                                  : rest.find(separator, from));
+  cell = trimmed(rest.substr(0, end));
+  ended = end == std::string_view::npos;
+  if (!ended) rest.remove_prefix(end + 1);
+  if (cell.size() > 1 && (cell.front() == '"' || cell.front() == '\'') &&
+      cell.back() == cell.front()) {
+    cell = trimmed(cell.substr(1, cell.size() - 2));
+  }
+  return true;
+}
+
+NFOPIDN_HOST std::vector<std::string_view> split(std::string_view line, char separator) {
+  std::vector<std::string_view> cells;
+  std::string_view cell;
+  bool ended = false;
+  while (next_cell(line, ended, separator, cell)) cells.push_back(cell);
+  return cells;
+}
+
+NFOPIDN_HOST bool parse_number(std::string_view cell, double& value) {
+  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
+  const char* end = cell.data() + cell.size();
+  const auto result = std::from_chars(cell.data(), end, value);
+  return result.ec == std::errc() && result.ptr == end && std::isfinite(value);
+}
+
+NFOPIDN_HOST Outcome fault(const std::string& path, std::size_t line, const std::string& message) {
+  return {Status::wrong_size, path + ":" + std::to_string(line) + ": " + message};
+}
+
+NFOPIDN_HOST std::string columns_text(const Table& table) {
+  constexpr std::size_t most = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(most, table.names.size()); ++i) {
+    const std::string& name = table.names[i];
+    text += (i > 0 ? ", " : "") + (name.empty() ? "(no name)" : name.substr(0, 40));
+  }
+  if (table.names.size() > most) {
+    text += " and " + std::to_string(table.names.size() - most) + " more";
+  }
+  return text;
+}
+
+NFOPIDN_HOST Outcome parse(const std::string& path, std::string_view text, Table& table) {
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
   if (text.substr(0, 3) == byte_order_mark) text.remove_prefix(3);
   if (text.substr(0, 4).find('\0') != std::string_view::npos) {
@@ -228,8 +266,7 @@ inline Outcome parse(const std::string& path, std::string_view text, Table& tabl
   return {};
 }
 
-// Digits of a number's text behind its point, exponent included: "1.50e-3" has 5.
-inline int decimals(std::string_view cell) {
+NFOPIDN_HOST int decimals(std::string_view cell) {
   const std::size_t exponent = cell.find_first_of("eE");
   const std::string_view mantissa = cell.substr(0, exponent);
   const std::size_t point = mantissa.find('.');
@@ -244,15 +281,8 @@ inline int decimals(std::string_view cell) {
   return digits;
 }
 
-// A column of numbers.
-struct Column {
-  std::string name;  // as the file has it
-  std::vector<double> values;
-  int decimals = 0;  // of the number with the most
-};
-
-inline Outcome read_column(const std::string& path, const Table& table, std::size_t index,
-                           Column& result) {
+NFOPIDN_HOST Outcome read_column(const std::string& path, const Table& table, std::size_t index,
+                                 Column& result) {
   result.name = table.names[index];
   result.values.reserve(table.rows.size());
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
@@ -273,3 +303,5 @@ inline Outcome read_column(const std::string& path, const Table& table, std::siz
 }
 
 }  // namespace nfopidn::csv
+
+#endif  // NFOPIDN_DEFINES_IO

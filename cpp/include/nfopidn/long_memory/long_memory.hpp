@@ -6,6 +6,7 @@
 #include <array>
 
 #include "nfopidn/control/controller_settings.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/long_memory/modes.hpp"
 #include "nfopidn/long_memory/wide.hpp"
 
@@ -30,40 +31,17 @@ struct LongKernel {
 
 namespace detail {
 
-inline Eigen::ArrayXd residues(double pole, double order, modes::Sign sign, double horizon,
-                               const Eigen::ArrayXd& decays, const modes::Grid& grid) {
-  const auto weights = modes::weights(pole, order, sign, horizon, decays, grid);
-  const bool turned = sign == modes::Sign::minus && grid.exact_taps % 2 != 0;
-  Eigen::ArrayXd result(decays.size());
-  for (Eigen::Index i = 0; i < result.size(); ++i) {
-    const long double kept = std::log1p(-static_cast<long double>(decays(i)));
-    result(i) = static_cast<double>(weights[static_cast<std::size_t>(i)] *
-                                    std::exp(grid.exact_taps * kept));
-  }
-  if (turned) result = -result;
-  return result;
-}
+NFOPIDN_HOST Eigen::ArrayXd residues(double pole, double order, modes::Sign sign, double horizon,
+                                     const Eigen::ArrayXd& decays, const modes::Grid& grid);
 
 }  // namespace detail
 
 // ((1 - w)/(1 + pole w))^order, |order| < 1 or whole, up to w^memory; infinite memory holds up to
 // `horizon`. Up to `longest_exact` every tap is exact and any order will do.
-inline LongKernel series_kernel(double pole, double order, int memory,
-                                int horizon = certified_horizon,
-                                const modes::Grid& grid = modes::fine,
-                                int longest_exact = short_memory) {
-  LongKernel kernel;
-  kernel.memory = memory;
-  const bool is_short = memory <= longest_exact;
-  kernel.taps.resize(static_cast<std::size_t>(is_short ? memory + 1 : grid.exact_taps));
-  series_weights(pole, order, static_cast<int>(kernel.taps.size()) - 1, kernel.taps.data());
-  if (is_short) return kernel;
-  const double reach = std::min(memory, horizon);
-  kernel.decays = modes::decays(reach, grid);
-  kernel.plus = detail::residues(pole, order, modes::Sign::plus, reach, kernel.decays, grid);
-  kernel.minus = detail::residues(pole, order, modes::Sign::minus, reach, kernel.decays, grid);
-  return kernel;
-}
+NFOPIDN_HOST LongKernel series_kernel(double pole, double order, int memory,
+                                      int horizon = certified_horizon,
+                                      const modes::Grid& grid = modes::fine,
+                                      int longest_exact = short_memory);
 
 // Numbers filled up with zeros to a multiple of eight.
 inline Eigen::ArrayXd in_eights(const Eigen::ArrayXd& numbers) {
@@ -197,3 +175,44 @@ class LongMemory {
 };
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn::detail {
+
+NFOPIDN_HOST Eigen::ArrayXd residues(double pole, double order, modes::Sign sign, double horizon,
+                                     const Eigen::ArrayXd& decays, const modes::Grid& grid) {
+  const auto weights = modes::weights(pole, order, sign, horizon, decays, grid);
+  const bool turned = sign == modes::Sign::minus && grid.exact_taps % 2 != 0;
+  Eigen::ArrayXd result(decays.size());
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    const long double kept = std::log1p(-static_cast<long double>(decays(i)));
+    result(i) = static_cast<double>(weights[static_cast<std::size_t>(i)] *
+                                    std::exp(grid.exact_taps * kept));
+  }
+  if (turned) result = -result;
+  return result;
+}
+
+}  // namespace nfopidn::detail
+
+namespace nfopidn {
+
+NFOPIDN_HOST LongKernel series_kernel(double pole, double order, int memory, int horizon,
+                                      const modes::Grid& grid, int longest_exact) {
+  LongKernel kernel;
+  kernel.memory = memory;
+  const bool is_short = memory <= longest_exact;
+  kernel.taps.resize(static_cast<std::size_t>(is_short ? memory + 1 : grid.exact_taps));
+  series_weights(pole, order, static_cast<int>(kernel.taps.size()) - 1, kernel.taps.data());
+  if (is_short) return kernel;
+  const double reach = std::min(memory, horizon);
+  kernel.decays = modes::decays(reach, grid);
+  kernel.plus = detail::residues(pole, order, modes::Sign::plus, reach, kernel.decays, grid);
+  kernel.minus = detail::residues(pole, order, modes::Sign::minus, reach, kernel.decays, grid);
+  return kernel;
+}
+
+}  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "nfopidn/control/controller_design.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/long_memory/long_memory.hpp"
 
 namespace nfopidn {
@@ -12,9 +13,38 @@ namespace nfopidn {
 // 0 < sigma < 2. Both operators have the same modes, so that their residues add up: a factor 1 - w
 // turns a plus mode's residue r into r (1 - e^s), 1 + w into r (1 + e^s), and the other way round
 // for the minus modes.
-inline LongKernel fused_kernel(const ControllerSettings<double>& settings, int channel,
-                               const modes::Grid& grid = modes::fine,
-                               int longest_exact = short_memory) {
+NFOPIDN_HOST LongKernel fused_kernel(const ControllerSettings<double>& settings, int channel,
+                                     const modes::Grid& grid = modes::fine,
+                                     int longest_exact = short_memory);
+
+class Modal {
+ public:
+  Modal() = default;
+  explicit Modal(const ControllerSettings<double>& settings) {
+    for (int channel = 0; channel < channel_count; ++channel) {
+      channels_[static_cast<std::size_t>(channel)] = LongMemory(fused_kernel(settings, channel));
+    }
+  }
+
+  void reset() {
+    for (LongMemory& channel : channels_) channel.reset();
+  }
+  Channels<double> step(const Channels<double>& error) {
+    return {channels_[0].step(error.x), channels_[1].step(error.y), channels_[2].step(error.theta)};
+  }
+
+ private:
+  std::array<LongMemory, channel_count> channels_;
+};
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST LongKernel fused_kernel(const ControllerSettings<double>& settings, int channel,
+                                     const modes::Grid& grid, int longest_exact) {
   const auto& [kp, ki, kd] = settings.gains[channel];
   const double alpha = settings.alpha[channel];
   const double integral = 1 - settings.sigma[channel];
@@ -53,24 +83,6 @@ inline LongKernel fused_kernel(const ControllerSettings<double>& settings, int c
   return kernel;
 }
 
-class Modal {
- public:
-  Modal() = default;
-  explicit Modal(const ControllerSettings<double>& settings) {
-    for (int channel = 0; channel < channel_count; ++channel) {
-      channels_[static_cast<std::size_t>(channel)] = LongMemory(fused_kernel(settings, channel));
-    }
-  }
-
-  void reset() {
-    for (LongMemory& channel : channels_) channel.reset();
-  }
-  Channels<double> step(const Channels<double>& error) {
-    return {channels_[0].step(error.x), channels_[1].step(error.y), channels_[2].step(error.theta)};
-  }
-
- private:
-  std::array<LongMemory, channel_count> channels_;
-};
-
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

@@ -16,6 +16,8 @@
 #include <cmath>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
+
 namespace nfopidn::modes {
 
 struct Grid {
@@ -30,26 +32,10 @@ constexpr Grid fine = {33, 0.33, 34.5, 12};
 constexpr Grid coarse = {9, 0.71, 16, 6};
 
 // Points of Gauss and Legendre on [0, 1].
-inline Eigen::ArrayXd gauss_points(int count) {
-  Eigen::VectorXd next(count - 1);
-  for (int k = 1; k < count; ++k) next(k - 1) = k / std::sqrt(4.0 * k * k - 1);
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(Eigen::VectorXd::Zero(count), next, Eigen::EigenvaluesOnly);
-  return (solver.eigenvalues().array() + 1) / 2;
-}
+NFOPIDN_HOST Eigen::ArrayXd gauss_points(int count);
 
 // The decays 1 - e^{-s} of the modes that hold up to `horizon` samples, slowest first.
-inline Eigen::ArrayXd decays(double horizon, const Grid& grid) {
-  const double slow = 1 / horizon;
-  const double fastest = grid.depth / grid.exact_taps;
-  const int lattice =
-      std::max(0, static_cast<int>(std::lround(std::log(fastest / slow) / grid.spacing)));
-  Eigen::ArrayXd rates(grid.slow_count + lattice);
-  rates.head(grid.slow_count) = gauss_points(grid.slow_count) * slow;
-  for (int i = 0; i < lattice; ++i)
-    rates(grid.slow_count + i) = slow * std::exp(grid.spacing * (i + 0.5));
-  return -(-rates).unaryExpr([](double rate) { return std::expm1(rate); });
-}
+NFOPIDN_HOST Eigen::ArrayXd decays(double horizon, const Grid& grid);
 
 // Which cut: the modes e^{-ks}, or (-1)^k e^{-ks}.
 enum class Sign { plus, minus };
@@ -82,8 +68,17 @@ inline Long lagrange(const Longs& points, int count, int j, Long x) {
 
 // The modes' weights: c_k = sum_i weights_i (1 - decays_i)^k, with (-1)^k for the minus sign, for
 // grid.exact_taps <= k <= horizon. Null for the minus sign of a pole below 1 and for whole orders.
-inline std::vector<long double> weights(double pole, double order, Sign sign, double horizon,
-                                        const Eigen::ArrayXd& decays, const Grid& grid) {
+NFOPIDN_HOST std::vector<long double> weights(double pole, double order, Sign sign, double horizon,
+                                              const Eigen::ArrayXd& decays, const Grid& grid);
+
+}  // namespace nfopidn::modes
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn::modes {
+
+NFOPIDN_HOST std::vector<long double> weights(double pole, double order, Sign sign, double horizon,
+                                              const Eigen::ArrayXd& decays, const Grid& grid) {
   using detail::Long;
   detail::Longs result(static_cast<std::size_t>(decays.size()), 0);
   if (order == 0 || (sign == Sign::minus && pole < 1)) return result;
@@ -110,4 +105,26 @@ inline std::vector<long double> weights(double pole, double order, Sign sign, do
   }
 }
 
+NFOPIDN_HOST Eigen::ArrayXd decays(double horizon, const Grid& grid) {
+  const double slow = 1 / horizon;
+  const double fastest = grid.depth / grid.exact_taps;
+  const int lattice =
+      std::max(0, static_cast<int>(std::lround(std::log(fastest / slow) / grid.spacing)));
+  Eigen::ArrayXd rates(grid.slow_count + lattice);
+  rates.head(grid.slow_count) = gauss_points(grid.slow_count) * slow;
+  for (int i = 0; i < lattice; ++i)
+    rates(grid.slow_count + i) = slow * std::exp(grid.spacing * (i + 0.5));
+  return -(-rates).unaryExpr([](double rate) { return std::expm1(rate); });
+}
+
+NFOPIDN_HOST Eigen::ArrayXd gauss_points(int count) {
+  Eigen::VectorXd next(count - 1);
+  for (int k = 1; k < count; ++k) next(k - 1) = k / std::sqrt(4.0 * k * k - 1);
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  solver.computeFromTridiagonal(Eigen::VectorXd::Zero(count), next, Eigen::EigenvaluesOnly);
+  return (solver.eigenvalues().array() + 1) / 2;
+}
+
 }  // namespace nfopidn::modes
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

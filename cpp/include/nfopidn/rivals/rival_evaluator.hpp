@@ -44,22 +44,9 @@ std::vector<Number> lane_numbers(const RivalDesign& design, const Model<double>&
 class RivalEvaluator {
  public:
   // The scenario must outlive this. The design's parameters do not matter.
-  RivalEvaluator(const Scenario& scenario, RivalDesign design)
-      : design_(std::move(design)), run_(prepare(scenario)), model_(model_of(design_, run_)) {
-    for (const auto& sample : run_.reference) {
-      headings_.push_back(math<double>::heading(sample.theta));
-    }
-    if (run_.inputs().noise == nullptr) calm_.resize(run_.reference.size());
-    set_instruction_set(best_instruction_set());
-  }
+  RivalEvaluator(const Scenario& scenario, RivalDesign design);
 
-  void set_instruction_set(InstructionSet set) {
-    kernels_ = {};
-    const std::optional<LaneLaw> law = lane_law(design_.law);
-    if (!law || (*law == LaneLaw::lqr && table_size() > most_table_entries)) return;
-    kernels_ = batch_kernels(set);
-    if (!moves_in_lanes(*run_.scenario)) kernels_.rival_costs = nullptr;
-  }
+  void set_instruction_set(InstructionSet set);
 
   const PreparedRun& run() const { return run_; }
   const Model<double>& model() const { return model_; }
@@ -68,16 +55,7 @@ class RivalEvaluator {
 
   // numbers: [candidates][count] of lane_numbers(); costs and bounds: [candidates].
   void costs(const std::vector<double>& numbers, int first, int candidates, int count,
-             double* costs, const double* bounds) const {
-    const StandardArithmetic arithmetic;
-    LoopInputs<double> inputs = lane_inputs();
-    inputs.headings = headings_.data();
-    RivalJob job = this->job(inputs, numbers.data() + std::ptrdiff_t{first} * count, count);
-    job.candidates = candidates;
-    job.costs = costs;
-    job.bounds = bounds;
-    kernels_.rival_costs(job);
-  }
+             double* costs, const double* bounds) const;
   // Of a law without lanes, by its parameters.
   double cost(const std::vector<double>& parameters) const {
     RivalDesign candidate = design_;
@@ -88,17 +66,7 @@ class RivalEvaluator {
   // The cost, and its slopes in the directions in which the numbers change by slopes,
   // [directions][count].
   double gradient(const std::vector<double>& numbers, const double* slopes, int directions,
-                  double* result) const {
-    const StandardArithmetic arithmetic;
-    double cost = 0;
-    const LoopInputs<double> inputs = lane_inputs();
-    RivalJob job = this->job(inputs, numbers.data(), static_cast<int>(numbers.size()));
-    job.candidates = 1;
-    job.costs = &cost;
-    job.bounds = nullptr;
-    kernels_.rival_gradient({job, slopes, directions, result});
-    return cost;
-  }
+                  double* result) const;
 
  private:
   int table_size() const { return lqr_table_size(model_.peak_speed); }
@@ -135,3 +103,55 @@ class RivalEvaluator {
 };
 
 }  // namespace nfopidn::rivals
+
+#ifdef NFOPIDN_DEFINES_TUNING
+
+namespace nfopidn::rivals {
+
+NFOPIDN_HOST RivalEvaluator::RivalEvaluator(const Scenario& scenario, RivalDesign design)
+    : design_(std::move(design)), run_(prepare(scenario)), model_(model_of(design_, run_)) {
+  for (const auto& sample : run_.reference) {
+    headings_.push_back(math<double>::heading(sample.theta));
+  }
+  if (run_.inputs().noise == nullptr) calm_.resize(run_.reference.size());
+  set_instruction_set(best_instruction_set());
+}
+
+NFOPIDN_HOST void RivalEvaluator::set_instruction_set(InstructionSet set) {
+  kernels_ = {};
+  const std::optional<LaneLaw> law = lane_law(design_.law);
+  if (!law || (*law == LaneLaw::lqr && table_size() > most_table_entries)) return;
+  kernels_ = batch_kernels(set);
+  if (!moves_in_lanes(*run_.scenario)) kernels_.rival_costs = nullptr;
+}
+
+NFOPIDN_HOST void RivalEvaluator::costs(const std::vector<double>& numbers, int first,
+                                        int candidates, int count, double* costs,
+                                        const double* bounds) const {
+  const StandardArithmetic arithmetic;
+  LoopInputs<double> inputs = lane_inputs();
+  inputs.headings = headings_.data();
+  RivalJob job = this->job(inputs, numbers.data() + std::ptrdiff_t{first} * count, count);
+  job.candidates = candidates;
+  job.costs = costs;
+  job.bounds = bounds;
+  kernels_.rival_costs(job);
+}
+
+NFOPIDN_HOST double RivalEvaluator::gradient(const std::vector<double>& numbers,
+                                             const double* slopes, int directions,
+                                             double* result) const {
+  const StandardArithmetic arithmetic;
+  double cost = 0;
+  const LoopInputs<double> inputs = lane_inputs();
+  RivalJob job = this->job(inputs, numbers.data(), static_cast<int>(numbers.size()));
+  job.candidates = 1;
+  job.costs = &cost;
+  job.bounds = nullptr;
+  kernels_.rival_gradient({job, slopes, directions, result});
+  return cost;
+}
+
+}  // namespace nfopidn::rivals
+
+#endif  // NFOPIDN_DEFINES_TUNING

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/rivals/fierro_lewis.hpp"
 #include "nfopidn/rivals/kanayama.hpp"
 #include "nfopidn/rivals/lqr.hpp"
@@ -37,16 +38,9 @@ decltype(auto) with_law(std::size_t law, Use&& use) {
   return use(static_cast<std::tuple_element_t<place, Laws>*>(nullptr));
 }
 
-inline std::string law_name(std::size_t law) {
-  return with_law(
-      law, [](auto* own) { return std::string(std::remove_pointer_t<decltype(own)>::name); });
-}
+NFOPIDN_HOST std::string law_name(std::size_t law);
 
-inline std::vector<std::string> law_names() {
-  std::vector<std::string> names;
-  for (std::size_t law = 0; law < law_count; ++law) names.push_back(law_name(law));
-  return names;
-}
+NFOPIDN_HOST std::vector<std::string> law_names();
 
 struct RivalDesign {
   std::size_t law = 0;             // its place in Laws
@@ -79,26 +73,9 @@ const Number* take_parameters(const Number* parameters, Settings& settings) {
 }
 
 // The law's own settings, as parameters; without integral action where it may have some.
-inline std::vector<double> default_parameters(std::size_t law, bool integral = false) {
-  return with_law(law, [&](auto* own) {
-    typename std::remove_pointer_t<decltype(own)>::Settings settings;
-    std::vector<double> parameters;
-    decltype(settings)::fields([&](const auto& f) { parameters.push_back(settings.*f.member); });
-    if (integral) {
-      IntegralGains<double>::fields(
-          [&](const auto& f) { parameters.push_back(IntegralGains<double>().*f.member); });
-    }
-    return parameters;
-  });
-}
+NFOPIDN_HOST std::vector<double> default_parameters(std::size_t law, bool integral = false);
 
-inline std::vector<ParameterBounds> law_bounds(std::size_t law, bool integral = false) {
-  std::vector<ParameterBounds> bounds;
-  for_each_parameter(law, integral, [&](const auto& f) {
-    bounds.push_back({f.name, f.range.low, f.range.high});
-  });
-  return bounds;
-}
+NFOPIDN_HOST std::vector<ParameterBounds> law_bounds(std::size_t law, bool integral = false);
 
 // A rival whose law is chosen at run time: the closed loop is compiled once for all of them.
 class AnyRival {
@@ -132,7 +109,59 @@ inline Model<double> model_of(const RivalDesign& design, const PreparedRun& run)
 }
 
 // Ready to run.
-inline std::unique_ptr<AnyRival> make_rival(const RivalDesign& design, const PreparedRun& run) {
+NFOPIDN_HOST std::unique_ptr<AnyRival> make_rival(const RivalDesign& design,
+                                                  const PreparedRun& run);
+
+}  // namespace nfopidn::rivals
+
+namespace nfopidn {
+
+// The whole run, recorded. Scenario and parameters must be valid.
+NFOPIDN_HOST SimulationResult simulate(const Scenario& scenario, const rivals::RivalDesign& design);
+
+// The cost alone (eq. 41), without recording.
+NFOPIDN_HOST double evaluate(const PreparedRun& run, const rivals::RivalDesign& design);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_RIVALS
+
+namespace nfopidn::rivals {
+
+NFOPIDN_HOST std::string law_name(std::size_t law) {
+  return with_law(
+      law, [](auto* own) { return std::string(std::remove_pointer_t<decltype(own)>::name); });
+}
+
+NFOPIDN_HOST std::vector<std::string> law_names() {
+  std::vector<std::string> names;
+  for (std::size_t law = 0; law < law_count; ++law) names.push_back(law_name(law));
+  return names;
+}
+
+NFOPIDN_HOST std::vector<double> default_parameters(std::size_t law, bool integral) {
+  return with_law(law, [&](auto* own) {
+    typename std::remove_pointer_t<decltype(own)>::Settings settings;
+    std::vector<double> parameters;
+    decltype(settings)::fields([&](const auto& f) { parameters.push_back(settings.*f.member); });
+    if (integral) {
+      IntegralGains<double>::fields(
+          [&](const auto& f) { parameters.push_back(IntegralGains<double>().*f.member); });
+    }
+    return parameters;
+  });
+}
+
+NFOPIDN_HOST std::vector<ParameterBounds> law_bounds(std::size_t law, bool integral) {
+  std::vector<ParameterBounds> bounds;
+  for_each_parameter(law, integral, [&](const auto& f) {
+    bounds.push_back({f.name, f.range.low, f.range.high});
+  });
+  return bounds;
+}
+
+NFOPIDN_HOST std::unique_ptr<AnyRival> make_rival(const RivalDesign& design,
+                                                  const PreparedRun& run) {
   return with_law(design.law, [&](auto* own) -> std::unique_ptr<AnyRival> {
     using Law = std::remove_pointer_t<decltype(own)>;
     const Model<double> model = model_of(design, run);
@@ -153,15 +182,14 @@ inline std::unique_ptr<AnyRival> make_rival(const RivalDesign& design, const Pre
 
 namespace nfopidn {
 
-// The whole run, recorded. Scenario and parameters must be valid.
-inline SimulationResult simulate(const Scenario& scenario, const rivals::RivalDesign& design) {
+NFOPIDN_HOST SimulationResult simulate(const Scenario& scenario,
+                                       const rivals::RivalDesign& design) {
   const StandardArithmetic arithmetic;
   const PreparedRun run = prepare(scenario);
   return detail::record(run, *rivals::make_rival(design, run));
 }
 
-// The cost alone (eq. 41), without recording.
-inline double evaluate(const PreparedRun& run, const rivals::RivalDesign& design) {
+NFOPIDN_HOST double evaluate(const PreparedRun& run, const rivals::RivalDesign& design) {
   const StandardArithmetic arithmetic;
   const std::unique_ptr<rivals::AnyRival> law = rivals::make_rival(design, run);
   const auto ignore = [](int, auto&&...) {};
@@ -169,3 +197,5 @@ inline double evaluate(const PreparedRun& run, const rivals::RivalDesign& design
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_RIVALS

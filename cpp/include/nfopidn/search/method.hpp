@@ -17,6 +17,7 @@
 #include <tuple>
 #include <variant>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/search/bfoa.hpp"
 #include "nfopidn/search/bfoa_plus.hpp"
 #include "nfopidn/search/cma_es.hpp"
@@ -72,7 +73,21 @@ decltype(auto) with_method(const MethodOptions& options, const Act& act) {
 }
 
 // The default options of the method of that name, if there is one.
-inline std::optional<MethodOptions> method_named(std::string_view name) {
+NFOPIDN_HOST std::optional<MethodOptions> method_named(std::string_view name);
+
+NFOPIDN_HOST const char* name_of(const MethodOptions& options);
+
+NFOPIDN_HOST std::int64_t default_budget(const MethodOptions& options);
+
+NFOPIDN_HOST void run_method(SearchSession& search, const MethodOptions& options);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SEARCH
+
+namespace nfopidn {
+
+NFOPIDN_HOST std::optional<MethodOptions> method_named(std::string_view name) {
   std::optional<MethodOptions> found;
   for_each_method([&](auto* method) {
     using Method = MethodOf<decltype(method)>;
@@ -81,21 +96,23 @@ inline std::optional<MethodOptions> method_named(std::string_view name) {
   return found;
 }
 
-inline const char* name_of(const MethodOptions& options) {
+NFOPIDN_HOST const char* name_of(const MethodOptions& options) {
   return with_method(options,
                      [](auto* method, const auto&) { return MethodOf<decltype(method)>::name; });
 }
 
-inline std::int64_t default_budget(const MethodOptions& options) {
+NFOPIDN_HOST std::int64_t default_budget(const MethodOptions& options) {
   return with_method(options, [](auto* method, const auto&) {
     return MethodOf<decltype(method)>::default_budget;
   });
 }
 
-inline void run_method(SearchSession& search, const MethodOptions& options) {
+NFOPIDN_HOST void run_method(SearchSession& search, const MethodOptions& options) {
   with_method(options, [&](auto* method, const auto& own) {
     MethodOf<decltype(method)>(search, own).run();
   });
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SEARCH

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/ordered_sums.hpp"
 #include "nfopidn/simulation/scenario.hpp"
 
@@ -90,7 +91,15 @@ struct Metrics {
 
 // Metrics of the recorded rows, and the cost as the loop measured it. Without rows all but the cost
 // are zero.
-inline Metrics measure(const RunTable& table, double cost, const Scenario& scenario) {
+NFOPIDN_HOST Metrics measure(const RunTable& table, double cost, const Scenario& scenario);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST Metrics measure(const RunTable& table, double cost, const Scenario& scenario) {
   Metrics m;
   m.cost = cost;
   const Eigen::Index n = table.rows();
@@ -127,3 +136,5 @@ inline Metrics measure(const RunTable& table, double cost, const Scenario& scena
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

@@ -1,6 +1,7 @@
 // L3. A run under given torques, without a controller.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/simulation/simulate.hpp"
 
 namespace nfopidn {
@@ -30,8 +31,17 @@ class Playback {
 };
 
 // The whole run, recorded. The scenario must be valid, and the torques within its limit.
-inline SimulationResult play(const Scenario& scenario,
-                             const std::vector<TorquePair<double>>& torques) {
+NFOPIDN_HOST SimulationResult play(const Scenario& scenario,
+                                   const std::vector<TorquePair<double>>& torques);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST SimulationResult play(const Scenario& scenario,
+                                   const std::vector<TorquePair<double>>& torques) {
   const StandardArithmetic arithmetic;
   const PreparedRun run = prepare(scenario);
   Playback playback(torques);
@@ -39,3 +49,5 @@ inline SimulationResult play(const Scenario& scenario,
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/simulation/trajectory.hpp"
 
 namespace nfopidn {
@@ -19,20 +20,7 @@ struct Samples {
 constexpr double closing_distance = 1e-6;
 
 // Adds the point that closes a path, its first, if it is not there already.
-inline void close_path(Samples& samples) {
-  const Eigen::Index n = samples.x.size();
-  if (n == 0 || samples.y.size() != n) return;
-  const double gap = std::hypot(samples.x(n - 1) - samples.x(0), samples.y(n - 1) - samples.y(0));
-  if (gap <= closing_distance) return;
-  for (Eigen::ArrayXd* array : {&samples.x, &samples.y, &samples.theta}) {
-    if (array->size() != n) continue;
-    array->conservativeResize(n + 1);
-    (*array)(n) = (*array)(0);
-  }
-  if (static_cast<Eigen::Index>(samples.reverse.size()) == n) {
-    samples.reverse.push_back(samples.reverse.front());
-  }
-}
+NFOPIDN_HOST void close_path(Samples& samples);
 
 namespace detail {
 
@@ -175,8 +163,36 @@ inline Status check_samples(const Samples& lap, int laps) {
 
 // A path through one lap's positions. Uses dt, heading, laps and standstill_speed of the settings;
 // more than one lap needs a closed path. Derivatives are differences of the samples.
-inline Status make_trajectory(const Samples& lap, const TrajectorySettings& settings,
-                              Trajectory& result) {
+NFOPIDN_HOST Status make_trajectory(const Samples& lap, const TrajectorySettings& settings,
+                                    Trajectory& result);
+
+// The same of positions alone.
+NFOPIDN_HOST Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
+                                    const TrajectorySettings& settings, Trajectory& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST void close_path(Samples& samples) {
+  const Eigen::Index n = samples.x.size();
+  if (n == 0 || samples.y.size() != n) return;
+  const double gap = std::hypot(samples.x(n - 1) - samples.x(0), samples.y(n - 1) - samples.y(0));
+  if (gap <= closing_distance) return;
+  for (Eigen::ArrayXd* array : {&samples.x, &samples.y, &samples.theta}) {
+    if (array->size() != n) continue;
+    array->conservativeResize(n + 1);
+    (*array)(n) = (*array)(0);
+  }
+  if (static_cast<Eigen::Index>(samples.reverse.size()) == n) {
+    samples.reverse.push_back(samples.reverse.front());
+  }
+}
+
+NFOPIDN_HOST Status make_trajectory(const Samples& lap, const TrajectorySettings& settings,
+                                    Trajectory& result) {
   const Status status = detail::check_samples(lap, settings.laps);
   if (status != Status::ok) return status;
   const Eigen::Index count = lap.x.size();
@@ -217,10 +233,11 @@ inline Status make_trajectory(const Samples& lap, const TrajectorySettings& sett
   return Status::ok;
 }
 
-// The same of positions alone.
-inline Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
-                              const TrajectorySettings& settings, Trajectory& result) {
+NFOPIDN_HOST Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
+                                    const TrajectorySettings& settings, Trajectory& result) {
   return make_trajectory(Samples{x, y, {}, {}}, settings, result);
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

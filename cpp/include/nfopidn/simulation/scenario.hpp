@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/loop/closed_loop.hpp"
 #include "nfopidn/math/counter_noise.hpp"
 #include "nfopidn/math/random.hpp"
@@ -185,7 +186,35 @@ inline void draw_noise(const Scenario& scenario, std::vector<Measurement<double>
 
 // The scenario must outlive what is prepared from it, and its trajectory must not be empty.
 PreparedRun prepare(const Scenario&& scenario) = delete;
-inline PreparedRun prepare(const Scenario& scenario) {
+NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario);
+
+inline LoopInputs<double> PreparedRun::inputs() const {
+  LoopInputs<double> in;
+  in.reference = reference.data();
+  in.samples = static_cast<int>(reference.size());
+  in.noise = noise.empty() ? nullptr : noise.data();
+  const bool calm =
+      disturbance.size() == 1 && disturbance[0].force == 0 && disturbance[0].moment == 0;
+  in.disturbance = calm ? nullptr : disturbance.data();
+  in.disturbance_by_sample = disturbance.size() > 1;
+  in.delay = scenario->delay;
+  in.feedforward = scenario->feedforward;
+  in.divergence_distance = scenario->divergence_distance;
+  const std::array<double, 3>& weights = scenario->cost_weights;
+  in.cost_weights = {weights[0], weights[1], weights[2]};
+  return in;
+}
+
+// What is wrong with a scenario as a whole, its fields each being in range.
+NFOPIDN_HOST Finding check_consistency(const Scenario& scenario);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario) {
   const StandardArithmetic arithmetic;
   const Trajectory& t = scenario.trajectory;
   PreparedRun run{{},
@@ -207,25 +236,7 @@ inline PreparedRun prepare(const Scenario& scenario) {
   return run;
 }
 
-inline LoopInputs<double> PreparedRun::inputs() const {
-  LoopInputs<double> in;
-  in.reference = reference.data();
-  in.samples = static_cast<int>(reference.size());
-  in.noise = noise.empty() ? nullptr : noise.data();
-  const bool calm =
-      disturbance.size() == 1 && disturbance[0].force == 0 && disturbance[0].moment == 0;
-  in.disturbance = calm ? nullptr : disturbance.data();
-  in.disturbance_by_sample = disturbance.size() > 1;
-  in.delay = scenario->delay;
-  in.feedforward = scenario->feedforward;
-  in.divergence_distance = scenario->divergence_distance;
-  const std::array<double, 3>& weights = scenario->cost_weights;
-  in.cost_weights = {weights[0], weights[1], weights[2]};
-  return in;
-}
-
-// What is wrong with a scenario as a whole, its fields each being in range.
-inline Finding check_consistency(const Scenario& scenario) {
+NFOPIDN_HOST Finding check_consistency(const Scenario& scenario) {
   const Trajectory& t = scenario.trajectory;
   const auto samples = static_cast<std::size_t>(t.size());
   if (samples < minimum_samples) {
@@ -252,3 +263,5 @@ inline Finding check_consistency(const Scenario& scenario) {
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "nfopidn/control/controller_design.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/long_memory/modal.hpp"
 #include "nfopidn/simulation/metrics.hpp"
 
@@ -91,13 +92,8 @@ constexpr int host_slack = 57;  // spare history of a host-side filter: its shif
 using LongController = Controller<double, Modal>;
 
 // For a memory beyond that of a plain filter.
-inline LongController long_controller(const ControllerSettings<double>& settings,
-                                      const ControlLimits<double>& limits) {
-  LongController law;
-  law.configure_structure(settings, limits);
-  law.set_filter(Modal(settings));
-  return law;
-}
+NFOPIDN_HOST LongController long_controller(const ControllerSettings<double>& settings,
+                                            const ControlLimits<double>& limits);
 
 // Calls `use` with a controller of taps that fits the settings' memory, at most maximum_memory:
 // short ones are unrolled.
@@ -134,7 +130,31 @@ decltype(auto) with_controller(const ControllerDesign& settings,
 }
 
 // What is wrong with a scenario or a controller's settings, if anything.
-inline Status check_run(const Scenario& scenario, const ControllerDesign& settings) {
+NFOPIDN_HOST Status check_run(const Scenario& scenario, const ControllerDesign& settings);
+
+// The whole run, recorded. With `status` other than ok there is none: the settings were refused,
+// and the cost is infinite, or the run was interrupted.
+NFOPIDN_HOST SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings);
+
+// The cost alone (eq. 41), without recording. What check_run() refuses must not be given. When an
+// Interruption has happened, this is no cost.
+NFOPIDN_HOST double evaluate(const PreparedRun& run, const ControllerDesign& settings);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST LongController long_controller(const ControllerSettings<double>& settings,
+                                            const ControlLimits<double>& limits) {
+  LongController law;
+  law.configure_structure(settings, limits);
+  law.set_filter(Modal(settings));
+  return law;
+}
+
+NFOPIDN_HOST Status check_run(const Scenario& scenario, const ControllerDesign& settings) {
   const Status whole = check_consistency(scenario).status;
   // A start beyond the divergence distance is a run that diverges at once.
   const Status consistency = whole == Status::inconsistent ? Status::ok : whole;
@@ -152,9 +172,7 @@ inline Status check_run(const Scenario& scenario, const ControllerDesign& settin
   return finite ? Status::ok : Status::not_finite;
 }
 
-// The whole run, recorded. With `status` other than ok there is none: the settings were refused,
-// and the cost is infinite, or the run was interrupted.
-inline SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings) {
+NFOPIDN_HOST SimulationResult simulate(const Scenario& scenario, const ControllerDesign& settings) {
   if (const Status status = check_run(scenario, settings); status != Status::ok) {
     SimulationResult refused;
     refused.status = status;
@@ -167,9 +185,7 @@ inline SimulationResult simulate(const Scenario& scenario, const ControllerDesig
   return with_controller(settings, run.limits, [&](auto& law) { return detail::record(run, law); });
 }
 
-// The cost alone (eq. 41), without recording. What check_run() refuses must not be given. When an
-// Interruption has happened, this is no cost.
-inline double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
+NFOPIDN_HOST double evaluate(const PreparedRun& run, const ControllerDesign& settings) {
   const StandardArithmetic arithmetic;
   return with_controller(settings, run.limits, [&](auto& law) {
     detail::restart(law, *run.scenario);
@@ -180,3 +196,5 @@ inline double evaluate(const PreparedRun& run, const ControllerDesign& settings)
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

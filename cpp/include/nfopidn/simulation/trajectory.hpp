@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/parallel/standard_arithmetic.hpp"
 #include "nfopidn/simulation/curves.hpp"
 
@@ -227,7 +228,15 @@ inline double sample_count(const TrajectorySettings& settings) {
 }
 
 // A named path. On a fault returns why and leaves the result as it was.
-inline Status make_trajectory(const TrajectorySettings& settings, Trajectory& result) {
+NFOPIDN_HOST Status make_trajectory(const TrajectorySettings& settings, Trajectory& result);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_SIMULATION
+
+namespace nfopidn {
+
+NFOPIDN_HOST Status make_trajectory(const TrajectorySettings& settings, Trajectory& result) {
   const StandardArithmetic arithmetic;
   const Finding finding = check_ranges(settings);
   if (finding.status != Status::ok) return finding.status;
@@ -256,3 +265,5 @@ inline Status make_trajectory(const TrajectorySettings& settings, Trajectory& re
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_SIMULATION

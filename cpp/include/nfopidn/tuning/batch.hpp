@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/dual.hpp"
 #include "nfopidn/simulation/simulate.hpp"
 #include "nfopidn/tuning/batch_job.hpp"
@@ -53,20 +54,9 @@ inline bool moves_in_lanes(const Scenario& scenario) {
 class BatchEvaluator {
  public:
   // The scenario behind `run` must outlive this.
-  BatchEvaluator(PreparedRun run, const ControllerSettings<double>& structure)
-      : run_(std::move(run)), structure_(structure) {
-    const StandardArithmetic arithmetic;
-    headings_.reserve(run_.reference.size());
-    for (const auto& sample : run_.reference) {
-      headings_.push_back(math<double>::heading(sample.theta));
-    }
-    set_instruction_set(best_instruction_set());
-  }
+  BatchEvaluator(PreparedRun run, const ControllerSettings<double>& structure);
 
-  void set_instruction_set(InstructionSet set) {
-    kernels_ = tap_count() <= batch_capacity ? batch_kernels(set) : BatchKernels{};
-    if (!moves_in_lanes(*run_.scenario)) kernels_.costs = nullptr;
-  }
+  void set_instruction_set(InstructionSet set);
 
   int tap_count() const { return structure_.memory + 2; }
   // Numbers of a candidate's law.
@@ -77,33 +67,11 @@ class BatchEvaluator {
   // laws: [candidates][law_size], costs and bounds: [candidates]. A candidate that costs more
   // than its bound is given some cost over it, mostly for less work.
   void costs_of_laws(const double* laws, int candidates, double* costs,
-                     const double* bounds = nullptr) const {
-    const StandardArithmetic arithmetic;
-    if (kernels_.costs == nullptr) {
-      run_one_by_one(laws, candidates, costs, bounds);
-      return;
-    }
-    LoopInputs<double> inputs = run_.inputs();
-    inputs.headings = headings_.data();
-    kernels_.costs(job(inputs, laws, candidates, costs, bounds));
-  }
+                     const double* bounds = nullptr) const;
 
   // The cost of one candidate's law, [law_size], and its slopes in the directions in which its
   // numbers change by slopes, [directions][law_size].
-  double gradient(const double* law, const double* slopes, int directions, double* result) const {
-    const StandardArithmetic arithmetic;
-    double cost = 0;
-    if (kernels_.gradient != nullptr) {
-      const LoopInputs<double> inputs = run_.inputs();
-      kernels_.gradient({job(inputs, law, 1, &cost, nullptr), slopes, directions, result});
-      return cost;
-    }
-    for (int i = 0; i < directions; ++i) {
-      const auto place = static_cast<std::ptrdiff_t>(i) * law_size();
-      cost = directional(law, slopes + place, result[i]);
-    }
-    return cost;
-  }
+  double gradient(const double* law, const double* slopes, int directions, double* result) const;
 
  private:
   BatchJob job(const LoopInputs<double>& inputs, const double* laws, int count, double* costs,
@@ -115,18 +83,7 @@ class BatchEvaluator {
             run_.poll()};
   }
 
-  double directional(const double* numbers, const double* slopes, double& slope) const {
-    using Scalar = Dual<double>;
-    using Filter = Fir<Scalar, maximum_memory + 2>;
-    std::vector<Scalar> own(static_cast<std::size_t>(law_size()));
-    for (std::size_t i = 0; i < own.size(); ++i) own[i] = {numbers[i], slopes[i]};
-    if (structure_.needs_tracking_law()) {
-      auto law = std::make_unique<Controller<Scalar, Filter, TrackingVariant<double>>>();
-      return slope_of(*law, own.data(), slope);
-    }
-    auto law = std::make_unique<Controller<Scalar, Filter>>();
-    return slope_of(*law, own.data(), slope);
-  }
+  double directional(const double* numbers, const double* slopes, double& slope) const;
 
   template <class Law, class Number>
   void set_numbers(Law& law, const Number* numbers) const {
@@ -155,20 +112,7 @@ class BatchEvaluator {
     return result.cost.value;
   }
 
-  void run_one_by_one(const double* laws, int count, double* costs, const double* bounds) const {
-    const LoopInputs<double> inputs = run_.inputs();
-    with_tap_controller(structure_, run_.limits, [&](auto& law) {
-      for (int i = 0; i < count; ++i) {
-        set_numbers(law, laws + static_cast<std::ptrdiff_t>(i) * law_size());
-        detail::restart(law, *run_.scenario);
-        LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
-        const BoundedMeter<double> meter(inputs, bounds == nullptr ? no_bound : bounds[i]);
-        costs[i] = run_metered_loop<double>(
-                       run_.plant, law, loop, inputs, meter, [](int, auto&&...) {}, run_.poll())
-                       .cost;
-      }
-    });
-  }
+  void run_one_by_one(const double* laws, int count, double* costs, const double* bounds) const;
 
   PreparedRun run_;
   ControllerSettings<double> structure_;
@@ -177,3 +121,85 @@ class BatchEvaluator {
 };
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_TUNING
+
+namespace nfopidn {
+
+NFOPIDN_HOST BatchEvaluator::BatchEvaluator(PreparedRun run,
+                                            const ControllerSettings<double>& structure)
+    : run_(std::move(run)), structure_(structure) {
+  const StandardArithmetic arithmetic;
+  headings_.reserve(run_.reference.size());
+  for (const auto& sample : run_.reference) {
+    headings_.push_back(math<double>::heading(sample.theta));
+  }
+  set_instruction_set(best_instruction_set());
+}
+
+NFOPIDN_HOST void BatchEvaluator::set_instruction_set(InstructionSet set) {
+  kernels_ = tap_count() <= batch_capacity ? batch_kernels(set) : BatchKernels{};
+  if (!moves_in_lanes(*run_.scenario)) kernels_.costs = nullptr;
+}
+
+NFOPIDN_HOST void BatchEvaluator::costs_of_laws(const double* laws, int candidates, double* costs,
+                                                const double* bounds) const {
+  const StandardArithmetic arithmetic;
+  if (kernels_.costs == nullptr) {
+    run_one_by_one(laws, candidates, costs, bounds);
+    return;
+  }
+  LoopInputs<double> inputs = run_.inputs();
+  inputs.headings = headings_.data();
+  kernels_.costs(job(inputs, laws, candidates, costs, bounds));
+}
+
+NFOPIDN_HOST double BatchEvaluator::gradient(const double* law, const double* slopes,
+                                             int directions, double* result) const {
+  const StandardArithmetic arithmetic;
+  double cost = 0;
+  if (kernels_.gradient != nullptr) {
+    const LoopInputs<double> inputs = run_.inputs();
+    kernels_.gradient({job(inputs, law, 1, &cost, nullptr), slopes, directions, result});
+    return cost;
+  }
+  for (int i = 0; i < directions; ++i) {
+    const auto place = static_cast<std::ptrdiff_t>(i) * law_size();
+    cost = directional(law, slopes + place, result[i]);
+  }
+  return cost;
+}
+
+NFOPIDN_HOST double BatchEvaluator::directional(const double* numbers, const double* slopes,
+                                                double& slope) const {
+  using Scalar = Dual<double>;
+  using Filter = Fir<Scalar, maximum_memory + 2>;
+  std::vector<Scalar> own(static_cast<std::size_t>(law_size()));
+  for (std::size_t i = 0; i < own.size(); ++i) own[i] = {numbers[i], slopes[i]};
+  if (structure_.needs_tracking_law()) {
+    auto law = std::make_unique<Controller<Scalar, Filter, TrackingVariant<double>>>();
+    return slope_of(*law, own.data(), slope);
+  }
+  auto law = std::make_unique<Controller<Scalar, Filter>>();
+  return slope_of(*law, own.data(), slope);
+}
+
+NFOPIDN_HOST void BatchEvaluator::run_one_by_one(const double* laws, int count, double* costs,
+                                                 const double* bounds) const {
+  const LoopInputs<double> inputs = run_.inputs();
+  with_tap_controller(structure_, run_.limits, [&](auto& law) {
+    for (int i = 0; i < count; ++i) {
+      set_numbers(law, laws + static_cast<std::ptrdiff_t>(i) * law_size());
+      detail::restart(law, *run_.scenario);
+      LoopState<double> loop{run_.start, DelayLine<double>(inputs.delay)};
+      const BoundedMeter<double> meter(inputs, bounds == nullptr ? no_bound : bounds[i]);
+      costs[i] = run_metered_loop<double>(
+                     run_.plant, law, loop, inputs, meter, [](int, auto&&...) {}, run_.poll())
+                     .cost;
+    }
+  });
+}
+
+}  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_TUNING

@@ -2,6 +2,7 @@
 // scenarios make one, and how the work is shared out to threads.
 #pragma once
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/ordered_sums.hpp"
 #include "nfopidn/parallel/thread_pool.hpp"
 #include "nfopidn/search/objective.hpp"
@@ -23,81 +24,19 @@ class FamilyObjective : public Objective {
   }
   // A moment's worth, so that a time limit is kept and little is lost to it; but enough for the
   // lanes, or for the threads.
-  Eigen::Index most_at_once() const override {
-    const double steps = steps_of_a_candidate();
-    constexpr double published = 751;
-    constexpr Eigen::Index widest_block = 32;  // of lanes
-    const bool single = runs_one_by_one();
-    const auto affordable =
-        static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
-    const Eigen::Index fewest = (single ? 1 : widest_block) * pool_.size();
-    return std::max({affordable, fewest / scenario_count(), Eigen::Index{1}});
-  }
+  Eigen::Index most_at_once() const override;
 
   void costs(const Points& points, double* costs) override {
     bounded_costs(points, nullptr, costs);
   }
-  void bounded_costs(const Points& points, const double* bounds, double* costs) override {
-    const StandardArithmetic arithmetic;
-    take(points);
-    const Eigen::Index count = points.cols();
-    const Eigen::Index scenarios = scenario_count();
-    if (scenarios == 1 && family_.caps.empty()) {
-      share_out_costs(count, bounds, 0, costs);
-      return;
-    }
-    Eigen::MatrixXd each_bound;
-    if (bounds != nullptr) {
-      const Eigen::VectorXd most =
-          Eigen::Map<const Eigen::VectorXd>(bounds, count) * family_.worst(scenarios);
-      if (family_.caps.empty()) {
-        each_bound = most;  // one column for all scenarios
-      } else {
-        each_bound.resize(count, scenarios);
-        for (Eigen::Index i = 0; i < scenarios; ++i) {
-          for (Eigen::Index j = 0; j < count; ++j) {
-            each_bound(j, i) = family_.cap(i).unseen(most(j));
-          }
-        }
-      }
-    }
-    Eigen::MatrixXd each(count, scenarios);
-    share_out_costs(count, bounds != nullptr ? each_bound.data() : nullptr,
-                    each_bound.cols() > 1 ? count : 0, each.data());
-    for (Eigen::Index j = 0; j < count; ++j) {
-      Eigen::VectorXd row = each.row(j);
-      family_.see(row);
-      costs[j] = dot(row, worst_share_weights(row, family_.share));
-    }
-  }
+  void bounded_costs(const Points& points, const double* bounds, double* costs) override;
 
   // The cost and its gradient.
   double gradient(const Point& point, double* slopes) {
     return partials(point, 0, dimension_, slopes);
   }
   double partials(const Point& point, Eigen::Index first, Eigen::Index count,
-                  double* slopes) override {
-    const StandardArithmetic arithmetic;
-    take_directions(point, first, count);
-    const Eigen::Index scenarios = scenario_count();
-    Eigen::VectorXd each(scenarios);
-    Eigen::MatrixXd each_slopes(count, scenarios);
-    constexpr int together = 16;  // directions that take hardly longer than half of them
-    over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
-      const double cost =
-          differentiate(scenario, from, there, each_slopes.col(scenario).data() + from);
-      if (from == 0) each(scenario) = cost;
-    });
-    if (!family_.caps.empty()) {
-      for (Eigen::Index i = 0; i < scenarios; ++i) {
-        each_slopes.col(i) *= family_.cap(i).slope(each(i));
-      }
-      family_.see(each);
-    }
-    const Eigen::VectorXd weight = worst_share_weights(each, family_.share);
-    Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
-    return dot(each, weight);
-  }
+                  double* slopes) override;
 
  protected:
   FamilyObjective(Eigen::Index dimension, FamilyCost family, int threads)
@@ -144,13 +83,7 @@ class FamilyObjective : public Objective {
 
   // costs: [scenarios][count], bounds: [count], those of the next scenario `stride` further.
   void share_out_costs(Eigen::Index count, const double* bounds, Eigen::Index stride,
-                       double* costs) {
-    constexpr int together = 8;  // candidates, with the widest instructions
-    over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
-      run(scenario, first, there, costs + scenario * count + first,
-          bounds == nullptr ? nullptr : bounds + scenario * stride + first);
-    });
-  }
+                       double* costs);
 
   Eigen::Index dimension_;
   FamilyCost family_;
@@ -158,3 +91,90 @@ class FamilyObjective : public Objective {
 };
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_TUNING
+
+namespace nfopidn {
+
+NFOPIDN_HOST Eigen::Index FamilyObjective::most_at_once() const {
+  const double steps = steps_of_a_candidate();
+  constexpr double published = 751;
+  constexpr Eigen::Index widest_block = 32;  // of lanes
+  const bool single = runs_one_by_one();
+  const auto affordable =
+      static_cast<Eigen::Index>((single ? 64.0 : 4096.0) * published / std::max(steps, 1.0));
+  const Eigen::Index fewest = (single ? 1 : widest_block) * pool_.size();
+  return std::max({affordable, fewest / scenario_count(), Eigen::Index{1}});
+}
+
+NFOPIDN_HOST void FamilyObjective::bounded_costs(const Points& points, const double* bounds,
+                                                 double* costs) {
+  const StandardArithmetic arithmetic;
+  take(points);
+  const Eigen::Index count = points.cols();
+  const Eigen::Index scenarios = scenario_count();
+  if (scenarios == 1 && family_.caps.empty()) {
+    share_out_costs(count, bounds, 0, costs);
+    return;
+  }
+  Eigen::MatrixXd each_bound;
+  if (bounds != nullptr) {
+    const Eigen::VectorXd most =
+        Eigen::Map<const Eigen::VectorXd>(bounds, count) * family_.worst(scenarios);
+    if (family_.caps.empty()) {
+      each_bound = most;  // one column for all scenarios
+    } else {
+      each_bound.resize(count, scenarios);
+      for (Eigen::Index i = 0; i < scenarios; ++i) {
+        for (Eigen::Index j = 0; j < count; ++j) {
+          each_bound(j, i) = family_.cap(i).unseen(most(j));
+        }
+      }
+    }
+  }
+  Eigen::MatrixXd each(count, scenarios);
+  share_out_costs(count, bounds != nullptr ? each_bound.data() : nullptr,
+                  each_bound.cols() > 1 ? count : 0, each.data());
+  for (Eigen::Index j = 0; j < count; ++j) {
+    Eigen::VectorXd row = each.row(j);
+    family_.see(row);
+    costs[j] = dot(row, worst_share_weights(row, family_.share));
+  }
+}
+
+NFOPIDN_HOST double FamilyObjective::partials(const Point& point, Eigen::Index first,
+                                              Eigen::Index count, double* slopes) {
+  const StandardArithmetic arithmetic;
+  take_directions(point, first, count);
+  const Eigen::Index scenarios = scenario_count();
+  Eigen::VectorXd each(scenarios);
+  Eigen::MatrixXd each_slopes(count, scenarios);
+  constexpr int together = 16;  // directions that take hardly longer than half of them
+  over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
+    const double cost =
+        differentiate(scenario, from, there, each_slopes.col(scenario).data() + from);
+    if (from == 0) each(scenario) = cost;
+  });
+  if (!family_.caps.empty()) {
+    for (Eigen::Index i = 0; i < scenarios; ++i) {
+      each_slopes.col(i) *= family_.cap(i).slope(each(i));
+    }
+    family_.see(each);
+  }
+  const Eigen::VectorXd weight = worst_share_weights(each, family_.share);
+  Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
+  return dot(each, weight);
+}
+
+NFOPIDN_HOST void FamilyObjective::share_out_costs(Eigen::Index count, const double* bounds,
+                                                   Eigen::Index stride, double* costs) {
+  constexpr int together = 8;  // candidates, with the widest instructions
+  over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
+    run(scenario, first, there, costs + scenario * count + first,
+        bounds == nullptr ? nullptr : bounds + scenario * stride + first);
+  });
+}
+
+}  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_TUNING

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/tuning/tracking_parameters.hpp"
 
 namespace nfopidn {
@@ -47,109 +48,30 @@ struct ChoiceNames<StructureName> {
 };
 
 // The tracking law, with the speed errors and the schedule that its search is for.
-inline Structure tracking_structure() {
-  Structure structure;
-  ControllerSettings<double>& settings = structure.settings;
-  for (auto& row : settings.gains) std::fill(std::begin(row), std::end(row), 0.0);
-  settings.allocation = Allocation<double>::decoupled();
-  settings.net = Net::speed_errors;
-  settings.lateral = Lateral::scheduled;
-  structure.parameters = ParameterSet::tracking;
-  return structure;
-}
+NFOPIDN_HOST Structure tracking_structure();
 
-inline Structure named_structure(StructureName name) {
-  Structure structure;
-  if (name == StructureName::paper) return structure;
-  structure.settings.allocation = Allocation<double>::decoupled();
-  if (name == StructureName::incremental) structure.settings.form = Form::incremental;
-  if (name == StructureName::tracking) return tracking_structure();
-  if (name == StructureName::extended || name == StructureName::taps) {
-    structure.settings.lateral = Lateral::speed;
-    structure.either_lateral = name == StructureName::taps;
-    structure.parameters =
-        structure.either_lateral ? ParameterSet::taps : ParameterSet::orders_by_channel;
-  }
-  return structure;
-}
+NFOPIDN_HOST Structure named_structure(StructureName name);
 
 // The best incremental, decoupled controller of the published scenario, E = 0.01722.
 // ./build/nfopidn_sim --tune --structure incremental --tune-seed 1 --maxfev 40000
 // finds it to five digits.
-inline ControllerDesign tuned_nominal() {
-  ControllerSettings<double> settings = named_structure(StructureName::incremental).settings;
-  constexpr double gains[3][3] = {{0.0, 0.006401815674433561, 2.324731753613115},
-                                  {0.021529405564192618, 0.005718156580749912, 0.0},
-                                  {0.24146343552774766, 0.00804308622457552, 0.8463555897123993}};
-  for (int channel = 0; channel < channel_count; ++channel) {
-    std::copy_n(gains[channel], 3, settings.gains[channel]);
-    settings.alpha[channel] = 0.46705030301507683;
-    settings.sigma[channel] = 1.0;
-  }
-  settings.sample_time = 0.2;  // the published scenario's
-  return settings;
-}
+NFOPIDN_HOST ControllerDesign tuned_nominal();
 
 // The tracking law with gains that a covariance matrix adaptation found, outside this repository,
 // over 132 scenarios of the paper's robot: other plants, paths and speeds, and with a delay of one
 // sample. This repository's own search, python bench/families.py --families J++ --save gains, ends
 // beside them, at the same cost to four digits. They are in the order of TrackingNames. For another
 // robot, sample time, torque limit and peak speed they are scaled (docs/theory.md).
-inline ControllerDesign recommended_tracking(const TrackingScale& scale = {}) {
-  static constexpr double found[] = {
-      12.40179642034419,     1.9658935275626521,  1.1367936836850892, 0.6484296971523478,
-      0.3174125644783265,    0.22310207698088796, 1.5529383242550163, 7.89030905859618,
-      2.8021984252995824,    0.8813775149502812,  1.2562952996039327, 0.23265803599561666,
-      0.08290153936448774,   0.23954968730040926, 0.0222947325901342, 0.0016840587810797775,
-      0.0010091033347185492, 0.9925295518114412,  0.15459832580137808};
-  ControllerDesign design(tracking_structure().settings);
-  set_tracking_parameters(design,
-                          scaled_tracking_parameters({std::begin(found), std::end(found)}, scale));
-  design.sample_time = scale.sample_time;
-  design.robot = scale.robot;
-  return design;
-}
+NFOPIDN_HOST ControllerDesign recommended_tracking(const TrackingScale& scale = {});
 
 inline constexpr const char* channel_names[] = {"x", "y", "theta"};
 
 // Of free taps.
-inline std::vector<ParameterBounds> tap_bounds(int count) {
-  std::vector<ParameterBounds> bounds;
-  for (const char* channel : channel_names) {
-    for (int j = 0; j < count; ++j) {
-      bounds.push_back({std::string("tap_") + channel + "_" + std::to_string(j), -60, 60});
-    }
-  }
-  return bounds;
-}
+NFOPIDN_HOST std::vector<ParameterBounds> tap_bounds(int count);
 
 // Gains [0, 3] and orders [0.01, 1]; with an order pair a channel [0, 6] and [0.01, 2]. In the
 // incremental form the integral gains end at 0.3: beyond, nearly all runs diverge. Taps [-60, 60].
-inline std::vector<ParameterBounds> default_bounds(const Structure& structure) {
-  if (structure.parameters == ParameterSet::taps) {
-    return tap_bounds(structure.settings.memory + 2);
-  }
-  if (structure.parameters == ParameterSet::tracking) return tracking_bounds(structure.scale);
-  static constexpr const char* terms[] = {"kp_", "ki_", "kd_"};
-  std::vector<ParameterBounds> bounds;
-  const bool by_channel = structure.parameters == ParameterSet::orders_by_channel;
-  const bool incremental = structure.settings.form == Form::incremental;
-  for (const char* channel : channel_names) {
-    for (int term = 0; term < 3; ++term) {
-      const double most = term == 1 && incremental ? 0.3 : (by_channel ? 6.0 : 3.0);
-      bounds.push_back({std::string(terms[term]) + channel, 0, most});
-    }
-  }
-  const double highest_order = by_channel ? 2 : 1;
-  for (const char* channel : channel_names) {
-    for (const char* order : {"alpha", "sigma"}) {
-      bounds.push_back({by_channel ? std::string(order) + "_" + channel : std::string(order), 0.01,
-                        highest_order});
-    }
-    if (!by_channel) break;
-  }
-  return bounds;
-}
+NFOPIDN_HOST std::vector<ParameterBounds> default_bounds(const Structure& structure);
 
 // Whether the channels have one order pair.
 inline bool shares_orders(const ControllerSettings<double>& s) {
@@ -230,7 +152,118 @@ LawParameters<Scalar> law_parameters(const ControllerDesign& design) {
 }
 
 // The controller that a structure's parameters stand for.
-inline ControllerDesign design_of(const Structure& structure, const std::vector<double>& x) {
+NFOPIDN_HOST ControllerDesign design_of(const Structure& structure, const std::vector<double>& x);
+
+// The inverse: a design's parameters. Gains and orders have taps; free taps have no gains.
+NFOPIDN_HOST std::vector<double> parameters_of(ParameterSet parameters,
+                                               const ControllerDesign& design);
+
+// How a design is written as a vector: the shortest way that loses nothing.
+NFOPIDN_HOST ParameterSet parameter_set_of(const ControllerDesign& design);
+
+#ifdef NFOPIDN_COMPILED
+extern template LawParameters<double> law_parameters(const ControllerDesign&);
+extern template void parameters_to_law(const Structure&, const std::vector<double>&, double*);
+#endif
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_STRUCTURES
+
+namespace nfopidn {
+
+NFOPIDN_HOST Structure tracking_structure() {
+  Structure structure;
+  ControllerSettings<double>& settings = structure.settings;
+  for (auto& row : settings.gains) std::fill(std::begin(row), std::end(row), 0.0);
+  settings.allocation = Allocation<double>::decoupled();
+  settings.net = Net::speed_errors;
+  settings.lateral = Lateral::scheduled;
+  structure.parameters = ParameterSet::tracking;
+  return structure;
+}
+
+NFOPIDN_HOST Structure named_structure(StructureName name) {
+  Structure structure;
+  if (name == StructureName::paper) return structure;
+  structure.settings.allocation = Allocation<double>::decoupled();
+  if (name == StructureName::incremental) structure.settings.form = Form::incremental;
+  if (name == StructureName::tracking) return tracking_structure();
+  if (name == StructureName::extended || name == StructureName::taps) {
+    structure.settings.lateral = Lateral::speed;
+    structure.either_lateral = name == StructureName::taps;
+    structure.parameters =
+        structure.either_lateral ? ParameterSet::taps : ParameterSet::orders_by_channel;
+  }
+  return structure;
+}
+
+NFOPIDN_HOST ControllerDesign tuned_nominal() {
+  ControllerSettings<double> settings = named_structure(StructureName::incremental).settings;
+  constexpr double gains[3][3] = {{0.0, 0.006401815674433561, 2.324731753613115},
+                                  {0.021529405564192618, 0.005718156580749912, 0.0},
+                                  {0.24146343552774766, 0.00804308622457552, 0.8463555897123993}};
+  for (int channel = 0; channel < channel_count; ++channel) {
+    std::copy_n(gains[channel], 3, settings.gains[channel]);
+    settings.alpha[channel] = 0.46705030301507683;
+    settings.sigma[channel] = 1.0;
+  }
+  settings.sample_time = 0.2;  // the published scenario's
+  return settings;
+}
+
+NFOPIDN_HOST ControllerDesign recommended_tracking(const TrackingScale& scale) {
+  static constexpr double found[] = {
+      12.40179642034419,     1.9658935275626521,  1.1367936836850892, 0.6484296971523478,
+      0.3174125644783265,    0.22310207698088796, 1.5529383242550163, 7.89030905859618,
+      2.8021984252995824,    0.8813775149502812,  1.2562952996039327, 0.23265803599561666,
+      0.08290153936448774,   0.23954968730040926, 0.0222947325901342, 0.0016840587810797775,
+      0.0010091033347185492, 0.9925295518114412,  0.15459832580137808};
+  ControllerDesign design(tracking_structure().settings);
+  set_tracking_parameters(design,
+                          scaled_tracking_parameters({std::begin(found), std::end(found)}, scale));
+  design.sample_time = scale.sample_time;
+  design.robot = scale.robot;
+  return design;
+}
+
+NFOPIDN_HOST std::vector<ParameterBounds> tap_bounds(int count) {
+  std::vector<ParameterBounds> bounds;
+  for (const char* channel : channel_names) {
+    for (int j = 0; j < count; ++j) {
+      bounds.push_back({std::string("tap_") + channel + "_" + std::to_string(j), -60, 60});
+    }
+  }
+  return bounds;
+}
+
+NFOPIDN_HOST std::vector<ParameterBounds> default_bounds(const Structure& structure) {
+  if (structure.parameters == ParameterSet::taps) {
+    return tap_bounds(structure.settings.memory + 2);
+  }
+  if (structure.parameters == ParameterSet::tracking) return tracking_bounds(structure.scale);
+  static constexpr const char* terms[] = {"kp_", "ki_", "kd_"};
+  std::vector<ParameterBounds> bounds;
+  const bool by_channel = structure.parameters == ParameterSet::orders_by_channel;
+  const bool incremental = structure.settings.form == Form::incremental;
+  for (const char* channel : channel_names) {
+    for (int term = 0; term < 3; ++term) {
+      const double most = term == 1 && incremental ? 0.3 : (by_channel ? 6.0 : 3.0);
+      bounds.push_back({std::string(terms[term]) + channel, 0, most});
+    }
+  }
+  const double highest_order = by_channel ? 2 : 1;
+  for (const char* channel : channel_names) {
+    for (const char* order : {"alpha", "sigma"}) {
+      bounds.push_back({by_channel ? std::string(order) + "_" + channel : std::string(order), 0.01,
+                        highest_order});
+    }
+    if (!by_channel) break;
+  }
+  return bounds;
+}
+
+NFOPIDN_HOST ControllerDesign design_of(const Structure& structure, const std::vector<double>& x) {
   ControllerDesign design(structure.settings);
   if (structure.parameters == ParameterSet::taps) {
     design.taps = x;
@@ -249,8 +282,8 @@ inline ControllerDesign design_of(const Structure& structure, const std::vector<
   return design;
 }
 
-// The inverse: a design's parameters. Gains and orders have taps; free taps have no gains.
-inline std::vector<double> parameters_of(ParameterSet parameters, const ControllerDesign& design) {
+NFOPIDN_HOST std::vector<double> parameters_of(ParameterSet parameters,
+                                               const ControllerDesign& design) {
   if (parameters == ParameterSet::taps && !design.taps.empty()) return design.taps;
   if (parameters == ParameterSet::tracking) return tracking_parameters(design);
   if (parameters == ParameterSet::taps) {
@@ -270,11 +303,12 @@ inline std::vector<double> parameters_of(ParameterSet parameters, const Controll
   return x;
 }
 
-// How a design is written as a vector: the shortest way that loses nothing.
-inline ParameterSet parameter_set_of(const ControllerDesign& design) {
+NFOPIDN_HOST ParameterSet parameter_set_of(const ControllerDesign& design) {
   if (!design.taps.empty()) return ParameterSet::taps;
   if (design.net == Net::speed_errors) return ParameterSet::tracking;
   return shares_orders(design) ? ParameterSet::shared_orders : ParameterSet::orders_by_channel;
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_STRUCTURES

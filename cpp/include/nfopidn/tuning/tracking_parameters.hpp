@@ -8,6 +8,7 @@
 
 #include "nfopidn/control/controller_design.hpp"
 #include "nfopidn/control/law_parameters.hpp"
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/simulation/scenario.hpp"
 
 namespace nfopidn {
@@ -27,11 +28,7 @@ struct TrackingScale {
   double peak_speed = 0.3350698998007755;  // of the reference [m/s]; the published scenario's
 };
 
-inline TrackingScale tracking_scale(const Scenario& scenario) {
-  const Trajectory& path = scenario.trajectory;
-  return {scenario.robot, path.dt(), scenario.torque_limit,
-          std::max(path.peak_speed(), least_speed_scale)};
-}
+NFOPIDN_HOST TrackingScale tracking_scale(const Scenario& scenario);
 
 // All that a law with the tracking law is made of, in any number type.
 template <class Number>
@@ -161,7 +158,30 @@ inline double scaled_parameter(TrackingUnit unit, double value, const TrackingSc
   return pace == 1 ? value : std::pow(value, pace);
 }
 
-inline std::vector<ParameterBounds> tracking_bounds(const TrackingScale& scale) {
+NFOPIDN_HOST std::vector<ParameterBounds> tracking_bounds(const TrackingScale& scale);
+
+// Writes a vector of parameters into settings, and reads it from them.
+NFOPIDN_HOST void set_tracking_parameters(ControllerSettings<double>& s,
+                                          const std::vector<double>& x);
+NFOPIDN_HOST std::vector<double> tracking_parameters(const ControllerSettings<double>& settings);
+
+// Parameters found for the paper's robot in the paper's scenario, for another.
+NFOPIDN_HOST std::vector<double> scaled_tracking_parameters(std::vector<double> x,
+                                                            const TrackingScale& scale);
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_STRUCTURES
+
+namespace nfopidn {
+
+NFOPIDN_HOST TrackingScale tracking_scale(const Scenario& scenario) {
+  const Trajectory& path = scenario.trajectory;
+  return {scenario.robot, path.dt(), scenario.torque_limit,
+          std::max(path.peak_speed(), least_speed_scale)};
+}
+
+NFOPIDN_HOST std::vector<ParameterBounds> tracking_bounds(const TrackingScale& scale) {
   std::vector<ParameterBounds> bounds;
   LawNumbers<double> law = {};
   TrackingNames<double>::each(law, [&](const char* name, double&, const TrackingBound& bound) {
@@ -171,8 +191,8 @@ inline std::vector<ParameterBounds> tracking_bounds(const TrackingScale& scale) 
   return bounds;
 }
 
-// Writes a vector of parameters into settings, and reads it from them.
-inline void set_tracking_parameters(ControllerSettings<double>& s, const std::vector<double>& x) {
+NFOPIDN_HOST void set_tracking_parameters(ControllerSettings<double>& s,
+                                          const std::vector<double>& x) {
   LawNumbers<double> law = law_numbers<double>(s);
   const double* next = x.data();
   TrackingNames<double>::each(
@@ -200,7 +220,8 @@ inline void set_tracking_parameters(ControllerSettings<double>& s, const std::ve
   s.lateral_speed = t.lateral_speed;
   s.lateral_power = t.lateral_power;
 }
-inline std::vector<double> tracking_parameters(const ControllerSettings<double>& settings) {
+
+NFOPIDN_HOST std::vector<double> tracking_parameters(const ControllerSettings<double>& settings) {
   LawNumbers<double> law = law_numbers<double>(settings);
   if (settings.net == Net::whole) {
     law.tracking.speed_gain_x = law.gains[2];
@@ -214,9 +235,8 @@ inline std::vector<double> tracking_parameters(const ControllerSettings<double>&
   return x;
 }
 
-// Parameters found for the paper's robot in the paper's scenario, for another.
-inline std::vector<double> scaled_tracking_parameters(std::vector<double> x,
-                                                      const TrackingScale& scale) {
+NFOPIDN_HOST std::vector<double> scaled_tracking_parameters(std::vector<double> x,
+                                                            const TrackingScale& scale) {
   LawNumbers<double> law = {};
   double* next = x.data();
   TrackingNames<double>::each(law, [&](const char*, double&, const TrackingBound& bound) {
@@ -227,3 +247,5 @@ inline std::vector<double> scaled_tracking_parameters(std::vector<double> x,
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_STRUCTURES

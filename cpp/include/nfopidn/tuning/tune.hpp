@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/search/search_settings.hpp"
 #include "nfopidn/tuning/tune_objective.hpp"
 
@@ -42,44 +43,12 @@ struct StructureStages {
   std::optional<NamedStructure> gains;
   std::vector<NamedStructure> alternatives;
 };
-inline StructureStages stages_of(const Structure& structure, bool has_start) {
-  StructureStages stages;
-  if (structure.parameters == ParameterSet::taps && !has_start) {
-    Structure gains = structure;
-    gains.parameters = ParameterSet::orders_by_channel;
-    gains.either_lateral = false;
-    stages.gains = NamedStructure("gains", gains);
-  }
-  if (!structure.either_lateral) {
-    stages.alternatives.emplace_back("", structure);
-    return stages;
-  }
-  for (const Lateral lateral : free_tap_laterals) {
-    Structure one = structure;
-    one.either_lateral = false;
-    one.settings.lateral = lateral;
-    const std::string name = ChoiceNames<Lateral>::names[static_cast<std::size_t>(lateral)];
-    const bool is_last = lateral == *(std::end(free_tap_laterals) - 1);
-    stages.alternatives.emplace_back(is_last ? "" : name, one);
-  }
-  return stages;
-}
+NFOPIDN_HOST StructureStages stages_of(const Structure& structure, bool has_start);
 
 // A plan whose parameters are all free within their default bounds. An empty start is none.
-inline TuningPlan plan_tuning(std::vector<const Scenario*> scenarios, const Structure& structure,
-                              const std::vector<double>& start = {}) {
-  TuningPlan plan;
-  plan.scenarios = std::move(scenarios);
-  plan.start = Eigen::Map<const Point>(start.data(), static_cast<Eigen::Index>(start.size()));
-  const StructureStages stages = stages_of(structure, !start.empty());
-  if (stages.gains) {
-    plan.gains = PlannedStage{stages.gains->first, ParameterSpace::whole(stages.gains->second)};
-  }
-  for (const auto& [name, own] : stages.alternatives) {
-    plan.alternatives.push_back({name, ParameterSpace::whole(own)});
-  }
-  return plan;
-}
+NFOPIDN_HOST TuningPlan plan_tuning(std::vector<const Scenario*> scenarios,
+                                    const Structure& structure,
+                                    const std::vector<double>& start = {});
 
 // A stage with its share of the search, as it is about to run.
 struct SearchStage {
@@ -108,6 +77,75 @@ struct TuningResult : SearchResult {
   std::size_t alternative = 0;  // whose point x is
   Structure structure;          // what x stands for
 };
+
+NFOPIDN_HOST TuningResult run_tuning(const TuningPlan& plan, StageRunner& runner);
+
+// Called after each chemotactic step with the evaluations and the least cost of all stages so far.
+using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
+
+// Runs stages without files.
+class PlainStageRunner : public StageRunner {
+ public:
+  // `interrupted` is asked now and then; true ends the search. Either may be empty.
+  explicit PlainStageRunner(TuningCallback callback, std::function<bool()> interrupted = {})
+      : callback_(std::move(callback)), interrupted_(std::move(interrupted)) {}
+
+  SearchResult run(const SearchStage& stage, Objective& objective) override;
+
+ private:
+  TuningCallback callback_;
+  std::function<bool()> interrupted_;
+};
+
+inline TuningResult run_tuning(const TuningPlan& plan, const TuningCallback& callback = {},
+                               std::function<bool()> interrupted = {}) {
+  PlainStageRunner runner(callback, std::move(interrupted));
+  return run_tuning(plan, runner);
+}
+
+}  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_TUNING
+
+namespace nfopidn {
+
+NFOPIDN_HOST StructureStages stages_of(const Structure& structure, bool has_start) {
+  StructureStages stages;
+  if (structure.parameters == ParameterSet::taps && !has_start) {
+    Structure gains = structure;
+    gains.parameters = ParameterSet::orders_by_channel;
+    gains.either_lateral = false;
+    stages.gains = NamedStructure("gains", gains);
+  }
+  if (!structure.either_lateral) {
+    stages.alternatives.emplace_back("", structure);
+    return stages;
+  }
+  for (const Lateral lateral : free_tap_laterals) {
+    Structure one = structure;
+    one.either_lateral = false;
+    one.settings.lateral = lateral;
+    const std::string name = ChoiceNames<Lateral>::names[static_cast<std::size_t>(lateral)];
+    const bool is_last = lateral == *(std::end(free_tap_laterals) - 1);
+    stages.alternatives.emplace_back(is_last ? "" : name, one);
+  }
+  return stages;
+}
+
+NFOPIDN_HOST TuningPlan plan_tuning(std::vector<const Scenario*> scenarios,
+                                    const Structure& structure, const std::vector<double>& start) {
+  TuningPlan plan;
+  plan.scenarios = std::move(scenarios);
+  plan.start = Eigen::Map<const Point>(start.data(), static_cast<Eigen::Index>(start.size()));
+  const StructureStages stages = stages_of(structure, !start.empty());
+  if (stages.gains) {
+    plan.gains = PlannedStage{stages.gains->first, ParameterSpace::whole(stages.gains->second)};
+  }
+  for (const auto& [name, own] : stages.alternatives) {
+    plan.alternatives.push_back({name, ParameterSpace::whole(own)});
+  }
+  return plan;
+}
 
 namespace detail {
 
@@ -231,47 +269,28 @@ class TuningRun {
 
 }  // namespace detail
 
-inline TuningResult run_tuning(const TuningPlan& plan, StageRunner& runner) {
+NFOPIDN_HOST TuningResult run_tuning(const TuningPlan& plan, StageRunner& runner) {
   const StandardArithmetic arithmetic;
   return detail::TuningRun(plan, runner).run();
 }
 
-// Called after each chemotactic step with the evaluations and the least cost of all stages so far.
-using TuningCallback = std::function<void(std::int64_t evaluations, double cost)>;
-
-// Runs stages without files.
-class PlainStageRunner : public StageRunner {
- public:
-  // `interrupted` is asked now and then; true ends the search. Either may be empty.
-  explicit PlainStageRunner(TuningCallback callback, std::function<bool()> interrupted = {})
-      : callback_(std::move(callback)), interrupted_(std::move(interrupted)) {}
-
-  SearchResult run(const SearchStage& stage, Objective& objective) override {
-    const SearchSettings& settings = stage.search;
-    SearchSession search(objective, stage.planned.space.box(), settings.limits, settings.seed);
-    search.start = stage.start;
-    search.keeps_record = false;
-    search.set_interruption(interrupted_);
-    search.set_callback([&](const SearchResult& so_far) {
-      if (callback_) {
-        callback_(stage.spent + so_far.evaluations, std::min(stage.best, so_far.cost));
-      }
-      return true;
-    });
-    run_method(search, settings.method);
-    search.result.seconds = search.elapsed();
-    return search.result;
-  }
-
- private:
-  TuningCallback callback_;
-  std::function<bool()> interrupted_;
-};
-
-inline TuningResult run_tuning(const TuningPlan& plan, const TuningCallback& callback = {},
-                               std::function<bool()> interrupted = {}) {
-  PlainStageRunner runner(callback, std::move(interrupted));
-  return run_tuning(plan, runner);
+NFOPIDN_HOST SearchResult PlainStageRunner::run(const SearchStage& stage, Objective& objective) {
+  const SearchSettings& settings = stage.search;
+  SearchSession search(objective, stage.planned.space.box(), settings.limits, settings.seed);
+  search.start = stage.start;
+  search.keeps_record = false;
+  search.set_interruption(interrupted_);
+  search.set_callback([&](const SearchResult& so_far) {
+    if (callback_) {
+      callback_(stage.spent + so_far.evaluations, std::min(stage.best, so_far.cost));
+    }
+    return true;
+  });
+  run_method(search, settings.method);
+  search.result.seconds = search.elapsed();
+  return search.result;
 }
 
 }  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_TUNING

@@ -12,14 +12,7 @@ class TuneObjective : public FamilyObjective {
  public:
   // The scenarios must outlive this.
   TuneObjective(const std::vector<const Scenario*>& scenarios, const ParameterSpace& space,
-                FamilyCost family, int threads)
-      : FamilyObjective(space.dimension(), std::move(family), threads),
-        structure_(space.structure),
-        parameters_(space.parameters) {
-    for (const Scenario* scenario : scenarios) {
-      evaluators_.emplace_back(prepare(*scenario), structure_.settings);
-    }
-  }
+                FamilyCost family, int threads);
 
   bool has_gradient() const override { return true; }
 
@@ -35,14 +28,7 @@ class TuneObjective : public FamilyObjective {
   // A memory beyond that of the lanes.
   bool runs_one_by_one() const override { return structure_.settings.memory + 2 > batch_capacity; }
 
-  void take(const Points& points) override {
-    const std::size_t size = law_size();
-    laws_.resize(static_cast<std::size_t>(points.cols()) * size);
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      parameters_to_law(structure_, parameters_.full(points.col(j).data()),
-                        laws_.data() + static_cast<std::size_t>(j) * size);
-    }
-  }
+  void take(const Points& points) override;
   void run(Eigen::Index scenario, Eigen::Index first, Eigen::Index count, double* costs,
            const double* bounds) const override {
     evaluators_[static_cast<std::size_t>(scenario)].costs_of_laws(
@@ -52,23 +38,7 @@ class TuneObjective : public FamilyObjective {
 
   // The numbers of the law at a point, and how they change with its coordinates first .. first +
   // count - 1.
-  void take_directions(const Point& point, Eigen::Index first, Eigen::Index count) override {
-    const std::size_t size = law_size();
-    law_.resize(size);
-    directions_.resize(size * static_cast<std::size_t>(count));
-    std::vector<Dual<double>> x(static_cast<std::size_t>(dimension())), fused(size);
-    double* slope = directions_.data();
-    for (Eigen::Index i = first; i < first + count; ++i) {
-      for (Eigen::Index k = 0; k < dimension(); ++k) {
-        x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
-      }
-      parameters_to_law(structure_, parameters_.full(x.data()), fused.data());
-      for (std::size_t n = 0; n < size; ++n) {
-        law_[n] = fused[n].value;
-        *slope++ = fused[n].slope;
-      }
-    }
-  }
+  void take_directions(const Point& point, Eigen::Index first, Eigen::Index count) override;
   double differentiate(Eigen::Index scenario, Eigen::Index first, Eigen::Index count,
                        double* slopes) const override {
     return evaluators_[static_cast<std::size_t>(scenario)].gradient(
@@ -89,3 +59,50 @@ class TuneObjective : public FamilyObjective {
 };
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_TUNING
+
+namespace nfopidn {
+
+NFOPIDN_HOST TuneObjective::TuneObjective(const std::vector<const Scenario*>& scenarios,
+                                          const ParameterSpace& space, FamilyCost family,
+                                          int threads)
+    : FamilyObjective(space.dimension(), std::move(family), threads),
+      structure_(space.structure),
+      parameters_(space.parameters) {
+  for (const Scenario* scenario : scenarios) {
+    evaluators_.emplace_back(prepare(*scenario), structure_.settings);
+  }
+}
+
+NFOPIDN_HOST void TuneObjective::take(const Points& points) {
+  const std::size_t size = law_size();
+  laws_.resize(static_cast<std::size_t>(points.cols()) * size);
+  for (Eigen::Index j = 0; j < points.cols(); ++j) {
+    parameters_to_law(structure_, parameters_.full(points.col(j).data()),
+                      laws_.data() + static_cast<std::size_t>(j) * size);
+  }
+}
+
+NFOPIDN_HOST void TuneObjective::take_directions(const Point& point, Eigen::Index first,
+                                                 Eigen::Index count) {
+  const std::size_t size = law_size();
+  law_.resize(size);
+  directions_.resize(size * static_cast<std::size_t>(count));
+  std::vector<Dual<double>> x(static_cast<std::size_t>(dimension())), fused(size);
+  double* slope = directions_.data();
+  for (Eigen::Index i = first; i < first + count; ++i) {
+    for (Eigen::Index k = 0; k < dimension(); ++k) {
+      x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
+    }
+    parameters_to_law(structure_, parameters_.full(x.data()), fused.data());
+    for (std::size_t n = 0; n < size; ++n) {
+      law_[n] = fused[n].value;
+      *slope++ = fused[n].slope;
+    }
+  }
+}
+
+}  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_TUNING

@@ -1,0 +1,3 @@
+// The other controllers.
+#define NFOPIDN_DEFINES_RIVALS
+#include "nfopidn/rivals/rivals.hpp"
