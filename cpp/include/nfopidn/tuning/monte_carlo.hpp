@@ -54,9 +54,9 @@ inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& desi
 // What runs in lanes have in common: the path, and a controller.
 class LaneSetting {
  public:
-  // The scenario must outlive this, and may change what LaneRun has of its own.
-  LaneSetting(const Scenario& scenario, const ControllerDesign& design)
-      : structure_(design), law_(lane_law_of(design)), calm_(scenario) {
+  // What LaneRun has of its own may be any other.
+  LaneSetting(Scenario scenario, const ControllerDesign& design)
+      : structure_(design), law_(lane_law_of(design)), calm_(std::move(scenario)) {
     calm_.pose_noise = {0, 0};
     calm_.disturbance = {{0, 0}};
     run_ = std::make_unique<PreparedRun>(prepare(calm_));
@@ -83,6 +83,7 @@ class LaneSetting {
 
   // use(job) for runs of one delay.
   template <class Use>
+  // NOLINTNEXTLINE(readability-non-const-parameter): `use` writes to costs
   void with_job(const LaneRun* runs, int count, int delay, double* costs, const Use& use) const {
     LoopInputs<double> inputs = run_->inputs();
     inputs.headings = headings_.data();
