@@ -1,4 +1,6 @@
-// The cost of candidates, and tunings.
+// The cost of candidates and of drawn runs, and tunings.
 #define NFOPIDN_DEFINES_TUNING
 #include "nfopidn/rivals/tuning.hpp"
+
+#include "nfopidn/tuning/monte_carlo.hpp"
 #include "nfopidn/tuning/tune.hpp"

@@ -78,7 +78,8 @@ def threads_of(given: Any) -> int:
         No such number.
     """
     if isinstance(given, int) and given == -1:
-        return max(1, len(os.sched_getaffinity(0)))
+        known = hasattr(os, "sched_getaffinity")  # not on macOS
+        return len(os.sched_getaffinity(0)) if known else os.cpu_count() or 1
     if not isinstance(given, int):
         raise ValueError(f"workers is {shown(given)}; must be a number of threads, or -1 for all")
     return whole_number("workers", given, 1)
@@ -156,6 +157,13 @@ class Analysis:
             },
             sort_keys=True,
         )
+
+
+def _check_writable(path: str | PathLike[str]) -> None:
+    try:
+        _core.check_writable(path)
+    except OSError as error:
+        raise ValueError(f"checkpoint {path}: cannot be written: {error.strerror}") from None
 
 
 def _write_checkpoint(path: str | PathLike[str], identity: str, rows: Array) -> None:
@@ -301,7 +309,7 @@ def _run(
     identity = ""
     if checkpoint is not None:
         identity = analysis.identity()
-        _core.check_writable(checkpoint)
+        _check_writable(checkpoint)
         stored = _read_checkpoint(checkpoint, identity, n)
         if stored is not None:
             done = len(stored)

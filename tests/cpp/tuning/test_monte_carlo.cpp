@@ -210,6 +210,22 @@ TEST(MonteCarlo, RunsTheRestOneByOne) {
   expect_equal(free_start, steady(), with("path_scale", 0.9, 1.1), "scale");
 }
 
+TEST(MonteCarlo, WhatHasNoLanesIsAskedForEachRun) {
+  const Drawn drawn = draw(robot_bounds, 600);
+  const MonteCarloRuns runs(
+      DrawnScenarios(Scenario::published(), places(drawn.names)),
+      [](const Scenario& one) { return one.robot.mass + static_cast<double>(one.seed % 1000); });
+  std::vector<double> costs(600);
+  ThreadPool pool(2);
+  runs.costs(drawn.values.data(), drawn.count, {first_seed, 2}, costs.data(), pool);
+  for (int i = 0; i < drawn.count; ++i) {
+    const std::uint64_t seed =
+        (first_seed + 2 * static_cast<std::uint64_t>(i)) % (std::uint64_t{1} << 53);
+    EXPECT_EQ(costs[static_cast<std::size_t>(i)],
+              drawn.values[static_cast<std::size_t>(4 * i)] + static_cast<double>(seed % 1000));
+  }
+}
+
 TEST(MonteCarlo, DrawsThatAreLostCostWhatMissingSamplesDo) {
   auto bounds = robot_bounds;
   bounds.push_back({"start_y", {-9, 9}});

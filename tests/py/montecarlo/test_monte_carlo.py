@@ -406,6 +406,7 @@ MASS = {"mass": Normal(11.5, 0.5)}
         ({"method": "sobol", "n": 100, "distributions": MASS}, "n is 100; must be a power of 2"),
         ({"method": "sobol", "n": 64}, "distributions is empty"),
         ({"columns": ["energi"]}, r"columns has 'energi' \(did you mean 'energy'\?\)"),
+        ({"checkpoint": "no/such/folder/runs.npz"}, "checkpoint no/such/.* cannot be written"),
         ({"columns": "cost"}, "columns is 'cost'; must be a list of names"),
         ({"distributions": [1]}, r"distributions is \[1\]; must be a mapping"),
         (

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "nfopidn/foundation/host.hpp"
 #include "nfopidn/parallel/thread_pool.hpp"
 #include "nfopidn/simulation/drawn_parameters.hpp"
 #include "nfopidn/tuning/batch.hpp"
@@ -116,30 +117,8 @@ class LaneSetting {
 
 // As simulate(). A scenario whose noise is by counter runs in the arithmetic of the lanes, where
 // they can run it: a run of MonteCarloRuns to the same bits, with its samples.
-inline SimulationResult simulate_as_drawn(const Scenario& scenario,
-                                          const ControllerDesign& design) {
-  if (scenario.noise_source != NoiseSource::counter || !runs_in_lanes(scenario, design) ||
-      check_run(scenario, design) != Status::ok) {
-    return simulate(scenario, design);
-  }
-  const StandardArithmetic arithmetic;
-  const LaneSetting setting(scenario, design);
-  detail::Recording recording(setting.run());
-  const LaneRecorder recorder = {
-      [](void* owner, int k, const State<double>& state, const TorquePair<double>& torque,
-         const TorquePair<double>& feedback) {
-        static_cast<detail::Recording*>(owner)->add(k, state, torque, feedback);
-      },
-      &recording};
-  const LaneRun own = setting.own(scenario);
-  LoopResult<double> loop = {};
-  setting.with_job(&own, 1, scenario.delay, &loop.cost, [&](MonteCarloJob job) {
-    job.recorder = &recorder;
-    job.completed = &loop.completed;
-    record_lane_run(job);
-  });
-  return recording.finish(loop);
-}
+NFOPIDN_HOST SimulationResult simulate_as_drawn(const Scenario& scenario,
+                                                const ControllerDesign& design);
 
 // Runs of one controller, or of a rival, which has no lanes: on wide instructions and several
 // threads what runs_in_lanes(), unless each has a path of its own; all else one by one. Costs are
@@ -168,20 +147,7 @@ class MonteCarloRuns {
   // values: [count][drawn_count()]; costs: [count]. When an Interruption has happened, these are no
   // costs.
   void costs(const double* values, std::ptrdiff_t count, const RunSeeds& seeds, double* costs,
-             ThreadPool& pool) const {
-    const StandardArithmetic arithmetic;
-    std::unique_ptr<LaneSetting> setting;
-    if (kernel_ != nullptr) setting = std::make_unique<LaneSetting>(scenarios_.base(), *design_);
-    pool.for_each_share(count, piece, [&](std::ptrdiff_t first, std::ptrdiff_t share) {
-      const StandardArithmetic own_arithmetic;
-      const auto width = static_cast<std::ptrdiff_t>(scenarios_.drawn_count());
-      Piece runs(*this, setting.get());
-      for (std::ptrdiff_t done = 0; done < share && !Interruption::stops_here(); done += piece) {
-        const std::ptrdiff_t at = first + done;
-        runs.run(values + at * width, std::min(piece, share - done), seeds.from(at), costs + at);
-      }
-    });
-  }
+             ThreadPool& pool) const;
 
  private:
   static constexpr std::ptrdiff_t piece = 512;
@@ -243,3 +209,53 @@ class MonteCarloRuns {
 };
 
 }  // namespace nfopidn
+
+#ifdef NFOPIDN_DEFINES_TUNING
+
+namespace nfopidn {
+
+NFOPIDN_HOST SimulationResult simulate_as_drawn(const Scenario& scenario,
+                                                const ControllerDesign& design) {
+  if (scenario.noise_source != NoiseSource::counter || !runs_in_lanes(scenario, design) ||
+      check_run(scenario, design) != Status::ok) {
+    return simulate(scenario, design);
+  }
+  const StandardArithmetic arithmetic;
+  const LaneSetting setting(scenario, design);
+  detail::Recording recording(setting.run());
+  const LaneRecorder recorder = {
+      [](void* owner, int k, const State<double>& state, const TorquePair<double>& torque,
+         const TorquePair<double>& feedback) {
+        static_cast<detail::Recording*>(owner)->add(k, state, torque, feedback);
+      },
+      &recording};
+  const LaneRun own = setting.own(scenario);
+  LoopResult<double> loop = {};
+  setting.with_job(&own, 1, scenario.delay, &loop.cost, [&](MonteCarloJob job) {
+    job.recorder = &recorder;
+    job.completed = &loop.completed;
+    record_lane_run(job);
+  });
+  return recording.finish(loop);
+}
+
+NFOPIDN_HOST void MonteCarloRuns::costs(const double* values, std::ptrdiff_t count,
+                                        const RunSeeds& seeds, double* costs,
+                                        ThreadPool& pool) const {
+  const StandardArithmetic arithmetic;
+  std::unique_ptr<LaneSetting> setting;
+  if (kernel_ != nullptr) setting = std::make_unique<LaneSetting>(scenarios_.base(), *design_);
+  pool.for_each_share(count, piece, [&](std::ptrdiff_t first, std::ptrdiff_t share) {
+    const StandardArithmetic own_arithmetic;
+    const auto width = static_cast<std::ptrdiff_t>(scenarios_.drawn_count());
+    Piece runs(*this, setting.get());
+    for (std::ptrdiff_t done = 0; done < share && !Interruption::stops_here(); done += piece) {
+      const std::ptrdiff_t at = first + done;
+      runs.run(values + at * width, std::min(piece, share - done), seeds.from(at), costs + at);
+    }
+  });
+}
+
+}  // namespace nfopidn
+
+#endif  // NFOPIDN_DEFINES_TUNING
