@@ -159,7 +159,7 @@ void fill_noise(const std::array<double, 2>& deviation, const Normal& normal,
                 std::vector<Measurement<double>>& noise) {
   std::uint64_t number = 0;
   for (auto& sample : noise) {
-    constexpr std::uint64_t seldom = 3 * 4096;
+    constexpr std::uint64_t seldom = 12288;  // three a sample
     if (number % seldom == 0 && Interruption::stops_here()) break;
     sample.x = deviation[0] * normal(number++);
     sample.y = deviation[0] * normal(number++);
