@@ -8,7 +8,6 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from nfopidn.arguments import is_number, real_numbers, shown
 
@@ -59,6 +58,8 @@ class Normal:
 
     def ppf(self, q: Array, /) -> Array:
         """Give the quantiles of shares in (0, 1)."""
+        from scipy.special import ndtri
+
         return np.asarray(self.mean + self.std * ndtri(q))
 
 
@@ -121,6 +122,8 @@ class LogNormal:
 
     def ppf(self, q: Array, /) -> Array:
         """Give the quantiles of shares in (0, 1)."""
+        from scipy.special import ndtri
+
         return np.asarray(self.median * np.exp(self.sigma * ndtri(q)))
 
 

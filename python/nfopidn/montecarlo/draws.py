@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
-from scipy.stats import qmc
 
 from nfopidn import _core
 from nfopidn.arguments import real_numbers, shown, suggestion
@@ -197,6 +195,8 @@ class Draws:
 
     def _shares(self, first: int, count: int) -> Array:
         """(count, p): what quantiles are taken."""
+        from scipy.stats import qmc
+
         if self.method == "independent":
             columns = [_uniforms(self.seed, name, first, count) for name in self.names]
             return np.stack(columns, axis=1) if columns else np.empty((count, 0))
@@ -221,6 +221,8 @@ class Draws:
         ValueError
             A drawn value that the parameter cannot be, with the run's number.
         """
+        from scipy.special import ndtr, ndtri
+
         shares = self._shares(first, count)
         if self._factor is not None:
             normal = [

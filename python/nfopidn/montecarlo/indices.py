@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn.arguments import shown, whole_number
@@ -96,6 +95,8 @@ def sobol_indices(
         values = np.ascontiguousarray(points.T)
         draws.check(values)
         return np.asarray(analysis.measure(values, draws.first_seed, 0, threads)[:, -1])
+
+    from scipy import stats
 
     found = stats.sobol_indices(
         func=measure,

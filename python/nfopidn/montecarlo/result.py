@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest, rankdata
 
 from nfopidn._core import Controller, Rival, Scenario, simulate
 from nfopidn.arguments import is_number, real_number, real_numbers, shown, suggestion, whole_number
@@ -255,6 +254,8 @@ class MonteCarloResult:
         ValueError
             Names the argument, its value and what it must be.
         """
+        from scipy.stats import binomtest
+
         real_number("confidence", confidence, 0.5, 0.999999)
         if interval not in _INTERVALS:
             raise ValueError(
@@ -288,6 +289,8 @@ class MonteCarloResult:
         ValueError
             Nothing was drawn, or a metric that was not kept.
         """
+        from scipy.stats import rankdata
+
         parameters = self.parameters
         if not parameters:
             raise ValueError("nothing was drawn; must have distributions")
