@@ -12,9 +12,11 @@
 #include "nfopidn/math/dual.hpp"
 #include "nfopidn/rivals/lqr_schedule.hpp"
 
+namespace Eigen {
+
 // Matrices of dual numbers: the regulator's gains and how they change with its weights.
 template <>
-struct Eigen::NumTraits<nfopidn::Dual<double>> : Eigen::GenericNumTraits<nfopidn::Dual<double>> {
+struct NumTraits<nfopidn::Dual<double>> : GenericNumTraits<nfopidn::Dual<double>> {
   using Real = nfopidn::Dual<double>;
   using NonInteger = nfopidn::Dual<double>;
   using Nested = nfopidn::Dual<double>;
@@ -28,6 +30,8 @@ struct Eigen::NumTraits<nfopidn::Dual<double>> : Eigen::GenericNumTraits<nfopidn
     MulCost = 4
   };
 };
+
+}  // namespace Eigen
 
 namespace nfopidn::rivals {
 
