@@ -17,11 +17,9 @@ std::vector<double> tracking_taps(const Structure& structure, const Scenario& sc
   double spread = 0.1;
   if (scenario.integrator == Integrator::exact) {
     spread = 0.02;  // gains found for one path alone are near the edge
-    TuningTask task;
-    task.scenarios = {&scenario};
-    task.structure = structure;
-    task.evaluations = 2000;
-    const TuningResult found = run_tuning(task);
+    TuningPlan plan = plan_tuning({&scenario}, structure);
+    plan.search.limits.evaluations = 2000;
+    const TuningResult found = run_tuning(plan);
     x.assign(found.x.begin(), found.x.end());
   }
   const std::size_t size =
@@ -91,11 +89,10 @@ BENCHMARK_CAPTURE(gradient, exact_friction, exact_scenario(0.1))->Unit(benchmark
 
 void tuning(benchmark::State& state) {
   const Scenario scenario = Scenario::published();
-  TuningTask task;
-  task.scenarios = {&scenario};
+  TuningPlan plan = plan_tuning({&scenario}, Structure{});
   for (auto _ : state) {
-    ++task.seed;
-    benchmark::DoNotOptimize(run_tuning(task).cost);
+    ++plan.search.seed;
+    benchmark::DoNotOptimize(run_tuning(plan).cost);
   }
 }
 BENCHMARK(tuning)->Unit(benchmark::kMillisecond);
@@ -103,15 +100,16 @@ BENCHMARK(tuning)->Unit(benchmark::kMillisecond);
 // Over eight scenarios, on one thread and on two.
 void tuning_over_eight(benchmark::State& state) {
   std::vector<Scenario> scenarios(8, Scenario::published());
-  TuningTask task;
-  task.threads = static_cast<int>(state.range(0));
+  std::vector<const Scenario*> all;
   for (Scenario& scenario : scenarios) {
-    scenario.robot.mass *= 1 + 0.05 * static_cast<double>(task.scenarios.size());
-    task.scenarios.push_back(&scenario);
+    scenario.robot.mass *= 1 + 0.05 * static_cast<double>(all.size());
+    all.push_back(&scenario);
   }
+  TuningPlan plan = plan_tuning(all, Structure{});
+  plan.threads = static_cast<int>(state.range(0));
   for (auto _ : state) {
-    ++task.seed;
-    benchmark::DoNotOptimize(run_tuning(task).cost);
+    ++plan.search.seed;
+    benchmark::DoNotOptimize(run_tuning(plan).cost);
   }
 }
 BENCHMARK(tuning_over_eight)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
@@ -140,12 +138,12 @@ std::vector<Scenario> variations(Integrator integrator) {
 
 void tuning_over_variations(benchmark::State& state, StructureName name, Integrator integrator) {
   const std::vector<Scenario> scenarios = variations(integrator);
-  TuningTask task;
-  task.structure = named_structure(name);
-  for (const Scenario& scenario : scenarios) task.scenarios.push_back(&scenario);
+  std::vector<const Scenario*> all;
+  for (const Scenario& scenario : scenarios) all.push_back(&scenario);
+  TuningPlan plan = plan_tuning(all, named_structure(name));
   for (auto _ : state) {
-    ++task.seed;
-    benchmark::DoNotOptimize(run_tuning(task).cost);
+    ++plan.search.seed;
+    benchmark::DoNotOptimize(run_tuning(plan).cost);
   }
 }
 BENCHMARK_CAPTURE(tuning_over_variations, extended, StructureName::extended,

@@ -13,11 +13,11 @@ import argparse
 import csv
 import sys
 import time
-import warnings
 
 import nfopidn
 import numpy as np
-from nfopidn.families import benchmark, simulate_many
+from families import costs
+from nfopidn.families import benchmark
 
 LAWS = ("samson", "lqr", "takagi-sugeno", "sliding-mode")
 STRUCTURES = ("tracking", "extended", "incremental")
@@ -38,11 +38,6 @@ def contenders():
 def scenarios_of(name):
     """Give the scenarios of a family; of P the published one."""
     return [nfopidn.Scenario.published(rng=0)] if name == "P" else benchmark(name)
-
-
-def costs(scenarios, controller):
-    """Give min(E, 1) of every scenario."""
-    return np.minimum(simulate_many(scenarios, controller).costs, 1.0)
 
 
 def contest(families, seeds, chosen, maxfev, workers):
@@ -91,7 +86,6 @@ def main():
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--csv", help="where each search's row goes, as soon as it is found")
     arguments = parser.parse_args()
-    warnings.simplefilter("ignore")  # of scenarios whose robot is not that of the gains
     rows = []
     log = open(arguments.csv, "w", newline="") if arguments.csv else None  # noqa: SIM115
     chosen = (arguments.families, arguments.seeds, arguments.contenders)

@@ -87,6 +87,17 @@ g++ -std=c++2b "${warnings[@]}" -Icpp/include -isystem /usr/include/eigen3 "${py
   -fvisibility=hidden -fsyntax-only cpp/src/bindings/fractional.cpp || fail "the bindings in C++23"
 echo "compilers: the host's headers warn in no standard, with GCC 11 and 12, Clang and in 32 bits"
 
+# The benchmarks are built by ./dev bench alone; that they still compile is told here.
+for source in bench/*.cpp; do
+  if grep -q '<benchmark/' "$source" && [[ ! -e /usr/include/benchmark/benchmark.h ]]; then
+    echo "compilers: $source is not compiled, as Google Benchmark is not installed"
+    continue
+  fi
+  g++ -std=c++17 "${warnings[@]}" -Icpp/include -isystem /usr/include/eigen3 -fsyntax-only \
+    "$source" || fail "$source"
+done
+echo "compilers: the benchmarks compile"
+
 # A search ends at the same bits whatever the processor and Eigen's vectors: here, without Eigen's
 # vectors, in 32 bits, and on aarch64 in the emulator, where lanes are the generic unit.
 googletest=/usr/src/googletest/googletest

@@ -10,7 +10,6 @@ namespace nfopidn {
 
 // Spare history of a lanes' filter: enough to make its shift rare, little enough for the cache.
 constexpr int lane_slack = 25;
-constexpr int small_capacity = 7;  // memory 5, the paper's
 
 // Room for the numbers of a law.
 template <int capacity, bool tracking>

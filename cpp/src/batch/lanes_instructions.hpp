@@ -27,6 +27,18 @@ struct Instructions {
 #endif
     return b < a ? b : a;
   }
+  NFOPIDN_INLINE static Real larger(const Real& a, const Real& b) {
+#if defined(__x86_64__)
+    if constexpr (width == 2) return _mm_max_pd(b, a);
+#if defined(__AVX__)
+    if constexpr (width == 4) return _mm256_max_pd(b, a);
+#endif
+#if defined(__AVX512F__)
+    if constexpr (width == 8) return _mm512_max_pd(b, a);
+#endif
+#endif
+    return a < b ? b : a;
+  }
   // The square root of each.
   NFOPIDN_INLINE static Real root(const Real& a) {
 #if defined(__x86_64__)
@@ -41,18 +53,6 @@ struct Instructions {
     Real result = a;
     for (int i = 0; i < width; ++i) result[i] = __builtin_sqrt(a[i]);
     return result;
-  }
-  NFOPIDN_INLINE static Real larger(const Real& a, const Real& b) {
-#if defined(__x86_64__)
-    if constexpr (width == 2) return _mm_max_pd(b, a);
-#if defined(__AVX__)
-    if constexpr (width == 4) return _mm256_max_pd(b, a);
-#endif
-#if defined(__AVX512F__)
-    if constexpr (width == 8) return _mm512_max_pd(b, a);
-#endif
-#endif
-    return a < b ? b : a;
   }
   NFOPIDN_INLINE static Real clip(const Real& value, double limit) {
     return larger(smaller(value, Real{} + limit), Real{} - limit);

@@ -1,5 +1,5 @@
-// The closed loop over lanes that are a run each: robot, friction, disturbance, start, noise and
-// law of a lane are its own. kernel.hpp has lanes of one scenario.
+// The closed loop over lanes that are a run each: robot, friction, disturbance, start and noise of
+// a lane are its own. kernel.hpp has lanes of one scenario.
 #pragma once
 
 #include "kernel.hpp"
@@ -87,7 +87,7 @@ struct LaneRuns {
   Robot<Wide> robot;
   Friction<Wide> friction;
   State<Wide> start;
-  Wide law[law_capacity<monte_carlo_capacity, tracking>];
+  Wide law[law_capacity<small_capacity, tracking>];
 
   template <class Inputs>
   LaneRuns(const MonteCarloJob& job, int first, Inputs& inputs) {
@@ -108,8 +108,8 @@ struct LaneRuns {
       inputs.steady.force.set(lane, run.disturbance.force);
       inputs.steady.moment.set(lane, run.disturbance.moment);
       if constexpr (detail::makes_noise<Inputs>) inputs.noise.set(lane, run);
-      for (int i = 0; i < job.law_size; ++i) law[i].set(lane, run.law[i]);
     }
+    for (int i = 0; i < job.law_size; ++i) law[i] = Wide(job.law[i]);
   }
 };
 
@@ -134,7 +134,7 @@ inline void run_own_lanes(const MonteCarloJob& job, int first) {
   const LaneRuns<Wide, tracking> runs(job, first, inputs);
   const DifferentialDrive<Wide> plant(runs.robot, runs.friction, job.integrator, job.sample_time,
                                       job.substeps);
-  Controller<Wide, Fir<Wide, monte_carlo_capacity, lane_slack>, LaneVariant<tracking>> law;
+  Controller<Wide, Fir<Wide, small_capacity, lane_slack>, LaneVariant<tracking>> law;
   set_law_of_lanes(law, job, runs.law);
   LoopState<Wide> loop = {runs.start, DelayLine<Wide>(inputs.delay)};
   const auto observe = observer_of<recorded, Wide>(job, law);

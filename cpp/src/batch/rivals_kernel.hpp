@@ -12,17 +12,11 @@
 
 namespace nfopidn {
 
-template <class Settings, class Scalar>
-inline const Scalar* take_numbers(const Scalar* numbers, Settings& settings) {
-  Settings::fields([&](const auto& field) { settings.*field.member = *numbers++; });
-  return numbers;
-}
-
 template <class Law, class Meter, class Scalar>
 inline LoopResult<Scalar> run_rival(const RivalJob& job, const Meter& meter, const Law& law,
                                     const Scalar* integral_numbers) {
   rivals::IntegralGains<Scalar> integral;
-  take_numbers(integral_numbers, integral);
+  rivals::take_parameters(integral_numbers, integral);
   rivals::Rival<Law, true> rival(law, job.model, job.torque_limit, job.speeds, integral);
   const State<Scalar> start = {Scalar(job.start->x), Scalar(job.start->y), Scalar(job.start->theta),
                                Scalar(job.start->v), Scalar(job.start->omega)};
@@ -37,7 +31,8 @@ template <class Law, class Meter, class Scalar>
 inline LoopResult<Scalar> run_settings(const RivalJob& job, const Meter& meter,
                                        const Scalar* numbers) {
   typename Law::Settings settings;
-  const Scalar* const integral = take_numbers(numbers, settings);
+  static_assert(rivals::parameter_count<typename Law::Settings> + 2 <= most_rival_numbers);
+  const Scalar* const integral = rivals::take_parameters(numbers, settings);
   return run_rival(job, meter, Law(settings, job.model), integral);
 }
 

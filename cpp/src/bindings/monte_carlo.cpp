@@ -9,13 +9,16 @@ namespace nfopidn::python {
 
 namespace {
 
+// The names must be in the order of drawn_parameters().
 std::vector<std::size_t> indices_of(const std::vector<std::string>& names) {
   std::vector<std::size_t> indices;
   const std::vector<DrawnParameter>& all = drawn_parameters();
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (std::find(names.begin(), names.end(), all[i].name) != names.end()) indices.push_back(i);
+    if (indices.size() < names.size() && all[i].name == names[indices.size()]) indices.push_back(i);
   }
-  return indices;
+  if (indices.size() == names.size()) return indices;
+  throw py::value_error("names has '" + names[indices.size()] +
+                        "', which is no parameter, or not in the order of drawn_parameters()");
 }
 
 // The runs of one scenario under one controller or rival.
@@ -40,6 +43,7 @@ class PyDrawnRuns {
   // values: (n, p), p parameters in the order of drawn_parameters().
   py::array_t<double> costs(const Numbers& values, std::uint64_t first_seed, std::uint64_t step,
                             int threads) const {
+    check_shape(values);
     py::array_t<double> result(values.shape(0));
     double* const costs = result.mutable_data();
     watched([&] {
@@ -52,6 +56,7 @@ class PyDrawnRuns {
   // As costs(); every metric, one run after the other: (n, metrics).
   py::array_t<double> metrics(const Numbers& values, std::uint64_t first_seed, std::uint64_t step,
                               int threads) const {
+    check_shape(values);
     const py::ssize_t count = values.shape(0);
     const auto width = static_cast<py::ssize_t>(field_names<Metrics>().size());
     py::array_t<double> result({count, width});
@@ -62,9 +67,13 @@ class PyDrawnRuns {
         Scenario own = scenarios_.base();
         for (std::ptrdiff_t i = first; i < first + share && !Interruption::stops_here(); ++i) {
           scenarios_.apply(values.data() + i * values.shape(1), RunSeeds{first_seed, step}[i], own);
-          const Metrics measured = simulate_(own).metrics;
+          const SimulationResult run = simulate_(own);
           double* out = rows + i * width;
-          Metrics::fields([&](const auto& field) { *out++ = measured.*field.member; });
+          // The samples before a divergence are no whole run; the cost counts those after it too.
+          Metrics::fields([&](const auto& field) {
+            const bool is_whole = !run.diverged || field.member == &Metrics::cost;
+            *out++ = is_whole ? run.metrics.*field.member : infinity;
+          });
         }
       });
     });
@@ -79,6 +88,12 @@ class PyDrawnRuns {
   }
 
  private:
+  void check_shape(const Numbers& values) const {
+    const auto wanted = static_cast<py::ssize_t>(scenarios_.drawn_count());
+    if (values.ndim() == 2 && values.shape(1) == wanted) return;
+    throw py::value_error("values must have the shape (n, " + std::to_string(wanted) + ")");
+  }
+
   DrawnScenarios scenarios_;
   std::unique_ptr<MonteCarloRuns> runs_;
   std::function<SimulationResult(const Scenario&)> simulate_;

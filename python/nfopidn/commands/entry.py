@@ -7,7 +7,6 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from math import isfinite
 from typing import Any
 
 import nfopidn
@@ -15,7 +14,7 @@ from nfopidn import _core
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
 from nfopidn.commands.monte_carlo import add_monte_carlo
-from nfopidn.commands.parsing import parse
+from nfopidn.commands.parsing import pairs, parse
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
@@ -43,27 +42,6 @@ EXIT_DIVERGED = 3
 EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
 
 
-def _pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
-    """Read NAME=VALUE words; a value is a text, a number or two numbers with a colon."""
-    result: dict[str, Any] = {}
-    for word in words:
-        name, equals, value = word.partition("=")
-        parts = value.split(":")
-        if not equals or (numbers and len(parts) != numbers):
-            form = {0: "NAME=NAME", 1: "NAME=NUMBER", 2: "NAME=LOW:HIGH"}[numbers]
-            raise ValueError(f"--{option} {word}: must be {form}")
-        try:
-            read = tuple(float(part) for part in parts) if numbers else value
-        except ValueError:
-            raise ValueError(f"--{option} {word}: {value} is no number") from None
-        if numbers and not all(isfinite(float(number)) for number in read):
-            raise ValueError(f"--{option} {word}: must be finite")
-        if name in result:
-            raise ValueError(f"--{option} {word}: {name} is given twice")
-        result[name] = read[0] if numbers == 1 else read
-    return result
-
-
 def _cap(word: str) -> float | str | None:
     """Read --cost-cap."""
     if word in ("auto", "friction"):
@@ -77,8 +55,8 @@ def _cap(word: str) -> float | str | None:
 
 
 def _options(words: Sequence[str]) -> dict[str, float]:
-    pairs = _pairs(words, "option", 1)
-    return {name: int(value) if value == int(value) else value for name, value in pairs.items()}
+    given = pairs(words, "option", 1)
+    return {name: int(value) if value == int(value) else value for name, value in given.items()}
 
 
 def _stages(arguments: argparse.Namespace) -> Sequence[str]:
@@ -128,7 +106,7 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         result = nfopidn.tune(
             scenarios or None,
             structure=arguments.structure,
-            bounds=_pairs(arguments.bound, "bound", 2) or None,
+            bounds=pairs(arguments.bound, "bound", 2) or None,
             method=arguments.method,
             options=_options(arguments.option),
             rng=_seed(arguments),
@@ -138,8 +116,8 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
             workers=arguments.workers,
             checkpoint=arguments.checkpoint,
             progress=shows_progress(arguments.quiet),
-            frozen=_pairs(arguments.freeze, "freeze", 1),
-            tied=_pairs(arguments.tie, "tie", 0),
+            frozen=pairs(arguments.freeze, "freeze", 1),
+            tied=pairs(arguments.tie, "tie", 0),
             start=start,
             worst_share=arguments.worst_share,
             robustness=None if arguments.nominal else "standard",
@@ -249,7 +227,7 @@ def _add_tune(commands: Any) -> None:
     add(
         "--seed",
         type=int,
-        help="of the search; default: that of the checkpoint that is gone on from, or else 0",
+        help="of the search; default: the seed of the checkpoint that is resumed, or 0",
     )
     add("--maxfev", type=int, help="evaluations (10000 for bfoa+ and cma, one schedule for bfoa)")
     add("--maxtime", type=float, help="most time [s]")

@@ -13,11 +13,20 @@ import numpy as np
 
 from nfopidn._core import Scenario
 from nfopidn.arguments import suggestion
+from nfopidn.commands.parsing import pairs
 from nfopidn.console import shows_progress
-from nfopidn.files import check_outputs, check_picture, load_controller, replace_file, save_picture
+from nfopidn.files import (
+    check_outputs,
+    check_picture,
+    collect_fault,
+    load_controller,
+    raise_kept,
+    replace_file,
+    save_picture,
+)
 from nfopidn.montecarlo.distributions import Choice, Distribution, LogNormal, Normal, Uniform
 from nfopidn.montecarlo.draws import METHODS, PARAMETERS
-from nfopidn.montecarlo.result import MonteCarloResult
+from nfopidn.montecarlo.result import MonteCarloResult, check_interval, pyarrow_module
 from nfopidn.montecarlo.runs import monte_carlo
 from nfopidn.search.interrupts import EXIT_INTERRUPTED
 
@@ -29,16 +38,6 @@ _FORMS = {
 }
 
 
-def _numbers(option: str, word: str, words: Sequence[str]) -> list[float]:
-    try:
-        numbers = [float(one) for one in words]
-    except ValueError:
-        raise ValueError(f"--{option} {word}: must have numbers after the colons") from None
-    if not all(map(isfinite, numbers)):
-        raise ValueError(f"--{option} {word}: must be finite")
-    return numbers
-
-
 def _distribution(word: str) -> tuple[str, Distribution]:
     """Read NAME=KIND:NUMBER:NUMBER."""
     name, equals, text = word.partition("=")
@@ -47,7 +46,12 @@ def _distribution(word: str) -> tuple[str, Distribution]:
         raise ValueError(
             f"--draw {word}: must be NAME={'|'.join(_FORMS.values())}{suggestion(kind, _FORMS)}"
         )
-    numbers = _numbers("draw", word, rest)
+    try:
+        numbers = [float(one) for one in rest]
+    except ValueError:
+        raise ValueError(f"--draw {word}: must have numbers after the colons") from None
+    if not all(map(isfinite, numbers)):
+        raise ValueError(f"--draw {word}: must be finite")
     if kind != "choice" and len(numbers) != 2:
         raise ValueError(f"--draw {word}: must be NAME={_FORMS[kind]}")
     try:
@@ -60,20 +64,13 @@ def _distribution(word: str) -> tuple[str, Distribution]:
         raise ValueError(f"--draw {word}: {error}") from None
 
 
-def _once(option: str, pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for name, value in pairs:
+def _distributions(words: Sequence[str]) -> dict[str, Distribution]:
+    result: dict[str, Distribution] = {}
+    for name, one in map(_distribution, words):
         if name in result:
-            raise ValueError(f"--{option}: {name} is given twice")
-        result[name] = value
+            raise ValueError(f"--draw: {name} is given twice")
+        result[name] = one
     return result
-
-
-def _limit(word: str) -> tuple[str, float]:
-    name, equals, text = word.partition("=")
-    if not equals:
-        raise ValueError(f"--limit {word}: must be METRIC=HIGHEST")
-    return name, _numbers("limit", word, [text])[0]
 
 
 def _csv(result: MonteCarloResult) -> str:
@@ -104,8 +101,10 @@ def _summary(result: MonteCarloResult, limits: dict[str, float], interval: str) 
         }
     if result.parameters and len(result) > 1:
         strongest = result.sensitivity()
-        pairs = zip(strongest.names, np.nan_to_num(strongest.correlations).tolist(), strict=True)
-        told["rank_correlations"] = dict(pairs)
+        told["rank_correlations"] = {
+            name: value if isfinite(value) else None  # of a parameter that never changes
+            for name, value in zip(strongest.names, strongest.correlations.tolist(), strict=True)
+        }
     return told
 
 
@@ -119,20 +118,30 @@ def _print(result: MonteCarloResult, told: dict[str, Any], limits: dict[str, flo
             f"[{one['low']:.6g}, {one['high']:.6g}] ({one['interval']})"
         )
     for name, value in told.get("rank_correlations", {}).items():
-        print(f"  {name:18} {value:+.3f}")
+        print(
+            f"  {name:18} " + ("not known: it never changes" if value is None else f"{value:+.3f}")
+        )
 
 
-def _write(result: MonteCarloResult, arguments: argparse.Namespace) -> None:
+def _write(
+    result: MonteCarloResult,
+    arguments: argparse.Namespace,
+    limits: dict[str, float],
+    faults: list[OSError | ValueError],
+) -> None:
+    """Write what is asked for; a file that cannot be written does not keep the others back."""
     if arguments.csv:
-        replace_file(arguments.csv, _csv(result))
+        with collect_fault(faults):
+            replace_file(arguments.csv, _csv(result))
     if arguments.parquet:
-        result.to_parquet(arguments.parquet)
+        with collect_fault(faults):
+            result.to_parquet(arguments.parquet)
     if arguments.plot:
         from nfopidn.plot import cost_histogram
 
-        limits = dict(map(_limit, arguments.limit))
-        figure: Any = cost_histogram(result.costs, limits.get("cost")).figure
-        save_picture(figure, arguments.plot)
+        with collect_fault(faults):
+            figure: Any = cost_histogram(result.costs, limits.get("cost")).figure
+            save_picture(figure, arguments.plot)
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -151,8 +160,11 @@ def _run(arguments: argparse.Namespace) -> int:
     else:
         scenario = Scenario.published(rng=0)
         print("nfopidn: no --scenario; runs on the published one", file=sys.stderr)
-    distributions = _once("draw", list(map(_distribution, arguments.draw)))
-    limits = _once("limit", list(map(_limit, arguments.limit)))
+    distributions = _distributions(arguments.draw)
+    limits = pairs(arguments.limit, "limit", 1)
+    check_interval(arguments.interval)
+    if arguments.parquet:
+        pyarrow_module()  # before the runs, not after them
     interrupted = False
     try:
         result = monte_carlo(
@@ -175,12 +187,14 @@ def _run(arguments: argparse.Namespace) -> int:
             return EXIT_INTERRUPTED
         result = kept
         print(f"nfopidn: interrupted; {len(result)} runs are kept", file=sys.stderr)
-    _write(result, arguments)
+    faults: list[OSError | ValueError] = []
+    _write(result, arguments, limits, faults)
     told = _summary(result, limits, arguments.interval)
     if arguments.json:
         print(json.dumps(told, allow_nan=False))
     elif not arguments.quiet:
         _print(result, told, limits)
+    raise_kept(faults)
     return EXIT_INTERRUPTED if interrupted else 0
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Mapping, Sequence
+from math import isfinite
+from typing import Any
 
 from nfopidn.arguments import suggestion
 
@@ -28,3 +30,24 @@ def parse(
             f"unrecognized arguments: {' '.join(unknown)}{suggestion(option, sorted(known))}"
         )
     return arguments
+
+
+def pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
+    """Read NAME=VALUE words; a value is a text, a number or two numbers with a colon."""
+    result: dict[str, Any] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        parts = value.split(":")
+        if not equals or (numbers and len(parts) != numbers):
+            form = {0: "NAME=NAME", 1: "NAME=NUMBER", 2: "NAME=LOW:HIGH"}[numbers]
+            raise ValueError(f"--{option} {word}: must be {form}")
+        try:
+            read = tuple(float(part) for part in parts) if numbers else value
+        except ValueError:
+            raise ValueError(f"--{option} {word}: {value} is no number") from None
+        if numbers and not all(isfinite(float(number)) for number in read):
+            raise ValueError(f"--{option} {word}: must be finite")
+        if name in result:
+            raise ValueError(f"--{option} {word}: {name} is given twice")
+        result[name] = read[0] if numbers == 1 else read
+    return result

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from os import PathLike
+from os import PathLike, fspath
+from pathlib import Path
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -121,7 +123,8 @@ class MonteCarloResult:
     costs
         (n,): E of eq. 41, of diverged runs included as it is
     metrics
-        (n,) each: those asked for in `columns`, "cost" among them
+        (n,) each: those asked for in `columns`, "cost" among them. Where a run diverges all but the
+        cost are infinite: there is no whole run to measure.
     parameters
         (n,) each: what was drawn, by name; of a family "member" too, the scenario's place
     seed
@@ -257,11 +260,7 @@ class MonteCarloResult:
         from scipy.stats import binomtest
 
         real_number("confidence", confidence, 0.5, 0.999999)
-        if interval not in _INTERVALS:
-            raise ValueError(
-                f"interval is {shown(interval)}{suggestion(interval, _INTERVALS)}; must be one of "
-                + ", ".join(_INTERVALS)
-            )
+        check_interval(interval)
         successes = int(self.within(limits).sum())
         ends = binomtest(successes, len(self)).proportion_ci(confidence, _INTERVALS[interval])
         return Yield(successes, len(self), float(ends.low), float(ends.high), confidence, interval)
@@ -338,7 +337,7 @@ class MonteCarloResult:
         ImportError
             pyarrow is not installed.
         """
-        return _pyarrow().table(self.to_columns())
+        return pyarrow_module().table(self.to_columns())
 
     def to_parquet(self, path: str | PathLike[str]) -> None:
         """Write parameters and metrics as a Parquet file, block by block. Needs pyarrow.
@@ -348,11 +347,12 @@ class MonteCarloResult:
         ImportError
             pyarrow is not installed.
         """
-        arrow = _pyarrow()
+        arrow = pyarrow_module()
         from pyarrow import parquet
 
         members = len(self._analysis.family)
         names = self._analysis.draws.names
+        draft = Path(f"{fspath(path)}.{token_hex(4)}.part")
         writer = None
         try:
             for first, values in self._blocks():
@@ -365,11 +365,13 @@ class MonteCarloResult:
                 for name, column in self.metrics.items():
                     columns[name] = column[first:last]
                 table = arrow.table(columns)
-                writer = writer or parquet.ParquetWriter(path, table.schema)
+                writer = writer or parquet.ParquetWriter(draft, table.schema)
                 writer.write_table(table)
-        finally:
             if writer is not None:
                 writer.close()
+            draft.replace(path)
+        finally:
+            draft.unlink(missing_ok=True)
 
     def __str__(self) -> str:
         shares = (0.05, 0.5, 0.95, 1.0)
@@ -389,7 +391,23 @@ def _correlation(a: Array, b: Array) -> float:
     return float(a @ b) / scale if scale > 0 else float("nan")
 
 
-def _pyarrow() -> Any:
+def check_interval(interval: str) -> None:
+    """Refuse an interval of another name than those of yield_()."""
+    if interval not in _INTERVALS:
+        raise ValueError(
+            f"interval is {shown(interval)}{suggestion(interval, _INTERVALS)}; must be one of "
+            + ", ".join(_INTERVALS)
+        )
+
+
+def pyarrow_module() -> Any:
+    """Give the module pyarrow.
+
+    Raises
+    ------
+    ImportError
+        It is not installed.
+    """
     try:
         import pyarrow
     except ImportError:

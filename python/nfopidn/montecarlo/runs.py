@@ -215,8 +215,8 @@ def monte_carlo(
 ) -> MonteCarloResult:
     """Run a controller on n scenarios whose parameters are drawn.
 
-    Each run has a robot, a start and noise of its own. The reference torques go on to be reckoned
-    with the scenario's model, by default its robot: who runs the robot does not know what is drawn.
+    Each run has a robot, a start and noise of its own. The reference torques are still computed
+    for the scenario's model, by default its robot: the controller does not know what is drawn.
     docs/monte-carlo.md tells how to, and which runs go in lanes.
 
     Parameters

@@ -180,14 +180,19 @@ def quantile_bands(
     # By order, not by interpolation: a run that has diverged counts as beyond all others.
     levels = np.quantile(rows, given, axis=0, method="inverted_cdf")
     finite = np.where(np.isfinite(levels), levels, np.nan)
+    # A band that ends in diverged runs is drawn up to the top, and its name says so.
+    top = 1.05 * np.nanmax(finite, initial=0.0)
     half = len(given) // 2
     for place in range(half):
         last = len(given) - 1 - place
         name = f"{given[place]:.0%} to {given[last]:.0%}"
+        is_open = np.isfinite(levels[place]) & ~np.isfinite(levels[last])
+        if is_open.any():
+            name += ", open where more runs have diverged"
         ax.fill_between(
             times,
             finite[place],
-            finite[last],
+            np.where(is_open, top, finite[last]),
             color=style.ROBOT["color"],
             alpha=0.18 + 0.12 * place,
             linewidth=0,

@@ -22,7 +22,7 @@ from nfopidn.reporting.settings import (
 from nfopidn.reporting.strokes import Figure
 from nfopidn.reporting.verdict import basin_of, basin_text, stability_rows, verdict_text
 from nfopidn.stability import loop
-from nfopidn.tuning.result import TuneResult
+from nfopidn.tuning.result import TuneResult, scenario_list
 
 _LONGEST_DOCUMENT = 20_000  # characters
 _SAME_COST = 1e-6  # relative
@@ -239,7 +239,7 @@ class Page:
 
 def gather(result: TuneResult) -> Page:
     """Find out all that a page says of a tuning result."""
-    scenarios = result.scenario if isinstance(result.scenario, list) else [result.scenario]
+    scenarios = scenario_list(result.scenario)
     return Page(
         result=result,
         sections=[section(one, result, scenarios[0], len(scenarios)) for one in scenarios],

@@ -26,7 +26,7 @@ from nfopidn.reporting.strokes import (
     words,
 )
 from nfopidn.robustness import Verdict, digest
-from nfopidn.tuning.result import TuneResult
+from nfopidn.tuning.result import TuneResult, scenario_list
 
 #: The rival that the costs stand beside, as it comes.
 _YARDSTICK = "LQR"
@@ -66,7 +66,8 @@ def robustness_of(result: TuneResult) -> Robustness | None:
     family = _judged_family(result, verdict)
     runs = {"tuned": verdict.runs}
     if not (isinstance(result.controller, Rival) and result.controller.law == "lqr"):
-        runs[_YARDSTICK] = simulate_many(family, Rival("lqr"))
+        first = family.scenarios[0]
+        runs[_YARDSTICK] = simulate_many(family, Rival("lqr", robot=first.model or first.robot))
     return Robustness(
         verdict,
         [_bar(one) for one in margin_bars_of(verdict)],
@@ -80,8 +81,9 @@ def _judged_family(result: TuneResult, verdict: Verdict) -> Family:
     family: Family | None = result.get("family")
     if family is not None and family.names == verdict.runs.names:
         return family
-    scenarios = result.scenario if isinstance(result.scenario, list) else [result.scenario]
-    judged: Scenario = next(one for one in scenarios if digest(one) == verdict.scenario_digest)
+    judged: Scenario = next(
+        one for one in scenario_list(result.scenario) if digest(one) == verdict.scenario_digest
+    )
     return judged.variations("standard")
 
 

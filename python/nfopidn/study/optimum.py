@@ -197,10 +197,9 @@ class _Search:
 
     def refine(self) -> None:
         """Solve the best one's problem as closely as it can be."""
-        if self.best is not None and not self.stop.is_set():
+        if self.best is not None:
             self.report(len(self.rows), f"refining, cost {self.best.cost:.6g}")
-            refined = self.programme.refine(self.best)
-            self.best = None if refined.run is None else refined
+            self.best = self.programme.refine(self.best)
 
     def _solve(self, name: str, make: Callable[[], Motion | None]) -> None:
         if self.stop.is_set():
@@ -221,15 +220,19 @@ class _Search:
     def result(self) -> OpenLoopOptimum:
         """Return the best, or that there is none."""
         best = self.best
-        message = (
-            "No guess converged." if best is None else "The best of the guesses that converged."
-        )
+        message = "The best of the guesses that converged."
+        if best is None:
+            message = "No guess converged."
+        elif best.run is None:
+            message = "The torques of the best guess lose the path with the friction as it is."
+        elif not best.settled:
+            message += " Smoothing its friction less did not settle the cost to 1e-4 of it."
         interrupted = self.stop.is_set()
         if interrupted:
             message = f"The search was interrupted. {message}"
         return OpenLoopOptimum(
             scenario=self.programme.scenario,
-            success=best is not None and not interrupted,
+            success=best is not None and best.run is not None and best.settled and not interrupted,
             interrupted=interrupted,
             message=message,
             run=None if best is None else best.run,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Event
 from typing import Any
 
@@ -60,6 +60,8 @@ class Solution:
         the programme's own
     rubbing
         the friction [N m] that belongs to it
+    settled
+        whether smoothing Coulomb friction less changes the cost by less than 1e-4 of it
     """
 
     status: str
@@ -67,6 +69,7 @@ class Solution:
     run: SimulationResult | None = None
     motion: Motion | None = None
     rubbing: Array | None = None
+    settled: bool = True
 
 
 def casadi() -> Any:
@@ -160,6 +163,7 @@ class Programme:
         """Take the scenario, the solver's most iterations, and what ends it earlier when set."""
         ca = casadi()
         self.scenario = scenario
+        self._stop = stop
         count = len(scenario.trajectory)
         rubs = scenario.coulomb_friction > 0 and count > 1
         rows = 2 * scenario.substeps if rubs else 0
@@ -204,7 +208,7 @@ class Programme:
 
         With Coulomb friction only as far as tells one guess from another; refine() goes on.
         """
-        self._rubbing[:] = 0
+        self._rubbing = np.zeros_like(self._rubbing)
         widths = _WIDTHS[:_COARSE] if self._rubbing.size else _WIDTHS[:1]
         found, status, smooth = guess, "", None
         for width in widths:
@@ -222,9 +226,12 @@ class Programme:
         """
         if found.run is not None or found.motion is None or found.rubbing is None:
             return found
-        best, last = Solution("its run diverges"), None
+        best = replace(self._run(found.motion, found.status), settled=False)
+        last: float | None = None
         guess, self._rubbing = found.motion, found.rubbing
         for width in _WIDTHS[_COARSE:]:
+            if self._stop.is_set():
+                break
             guess, status, _ = self._on_its_branch(guess, width)
             if status != _SOLVED:
                 break
@@ -232,9 +239,9 @@ class Programme:
             if narrow.cost is None:
                 continue
             if best.cost is None or narrow.cost < best.cost:
-                best = narrow
+                best = replace(narrow, settled=False)
             if last is not None and abs(narrow.cost - last) < _REFINED * last:
-                break
+                return replace(best, settled=True)
             last = narrow.cost
         return best
 

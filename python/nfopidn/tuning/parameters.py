@@ -25,7 +25,6 @@ from nfopidn.search.optimise import Array, check_bounds
 ROBOT_FIELDS = ("mass", "inertia", "track_width", "wheel_radius")
 
 Structure = str | Mapping[str, Any] | None
-Request = dict[str, Any]
 #: The share of the worst scenarios whose mean is the cost, and the caps of their costs, if any.
 Mean = tuple[float, list[float]]
 Box = dict[str, tuple[float, float]]
@@ -143,14 +142,6 @@ class RivalSearch(Search):
     def problem(self) -> dict[str, Any]:
         """Describe what is searched for, for a checkpoint."""
         return {"rival": json.loads(self.base.to_json())}
-
-    def run(
-        self, scenarios: list[Scenario], mean: Mean, workers: int, request: Request
-    ) -> dict[str, Any]:
-        """Search, in the core."""
-        return _core.search_rival(
-            scenarios, self.base, self.source, self.fixed, *mean, workers, request
-        )
 
 
 def is_rival(structure: Structure) -> bool:

@@ -25,7 +25,7 @@ def check_robustness(robustness: Any) -> None:
 
 
 #: Standard variations that a coarse integrator makes unstable first: the fastest loops, and delay.
-_TENDER = ("nominal", "mass x0.8", "inertia x0.5", "delay +1")
+_EULER_SENSITIVE = ("nominal", "mass x0.8", "inertia x0.5", "delay +1")
 
 
 def _searched(scenario: Scenario) -> Family:
@@ -44,7 +44,7 @@ def _searched(scenario: Scenario) -> Family:
     return family + Family.of(
         (f"{name}, {words}", one, f"{change}, {words}" if change else words)
         for name, one, change in rows
-        if name in _TENDER
+        if name in _EULER_SENSITIVE
     )
 
 

@@ -126,6 +126,9 @@ ControllerDesign steady() {
 }
 
 TEST(MonteCarlo, LanesHaveARobotEach) {
+  // Else all of it would be compared with itself.
+  EXPECT_TRUE(runs_in_lanes(Scenario::published(), steady()));
+  EXPECT_TRUE(MonteCarloRuns(DrawnScenarios(Scenario::published(), {}), steady()).has_lanes());
   expect_as_one_by_one(Scenario::published(), steady(), draw(robot_bounds, 71), "robots");
 }
 

@@ -9,8 +9,9 @@ import sys
 
 import nfopidn
 import pytest
+from nfopidn.commands import monte_carlo as monte_carlo_command
 from nfopidn.commands.entry import main
-from nfopidn.montecarlo import Normal, runs
+from nfopidn.montecarlo import Choice, LogNormal, Normal, Uniform, runs
 
 
 @pytest.fixture
@@ -68,11 +69,38 @@ def test_other_distributions(files, capsys):
     words = ["--draw", "inertia=uniform:0.5:0.6", "--draw", "delay=choice:0:1"]
     words += ["--draw", "track_width=lognormal:0.45:0.01", "-n", "20", "--json"]
     assert main(["monte-carlo", *files, *words]) == 0
-    assert set(json.loads(capsys.readouterr().out)["rank_correlations"]) == {
-        "inertia",
-        "delay",
-        "track_width",
+    told = json.loads(capsys.readouterr().out)
+    drawn = {
+        "inertia": Uniform(0.5, 0.6),
+        "delay": Choice([0, 1]),
+        "track_width": LogNormal(0.45, 0.01),
     }
+    scenario, controller = nfopidn.Scenario.load(files[2]), nfopidn.Controller.load(files[0])
+    result = nfopidn.monte_carlo(scenario, controller, 20, rng=0, distributions=drawn)
+    assert list(told["quantiles"].values()) == result.quantiles((0.05, 0.5, 0.95, 1)).tolist()
+    assert set(told["rank_correlations"]) == set(drawn)
+
+
+def test_a_parameter_that_never_changes_has_no_correlation(files, capsys):
+    words = ["monte-carlo", *files, "--draw", "delay=choice:0", "-n", "4"]
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rank_correlations"] == {"delay": None}
+    assert main(words) == 0
+    assert "not known" in capsys.readouterr().out
+
+
+def test_one_file_that_fails_does_not_lose_the_others(files, tmp_path, monkeypatch, capsys):
+    def fail(*_):
+        raise OSError("the disk is full")
+
+    monkeypatch.setattr(monte_carlo_command, "save_picture", fail)
+    table = tmp_path / "runs.csv"
+    words = ["--csv", str(table), "--plot", str(tmp_path / "a.png"), "-n", "4"]
+    assert main(["monte-carlo", *files, *DRAW, *words]) == 2
+    output = capsys.readouterr()
+    assert "4 runs" in output.out
+    assert "the disk is full" in output.err
+    assert len(table.read_text().splitlines()) == 5
 
 
 def test_the_published_scenario_is_said(files, capsys):
@@ -94,15 +122,22 @@ def test_the_published_scenario_is_said(files, capsys):
         (["--draw", "mass=uniform:2:1"], "low must be less than high"),
         (["--draw", "mss=normal:1:0.1"], "did you mean 'mass'?"),
         ([*DRAW, *DRAW], "mass is given twice"),
-        (["--limit", "cost"], "--limit cost: must be METRIC=HIGHEST"),
+        (["--limit", "cost"], "--limit cost: must be NAME=NUMBER"),
         (["--limit", "costs=1"], "did you mean 'cost'?"),
         (["--interval", "wald", "--limit", "cost=1"], "interval is 'wald'"),
+        (["--interval", "wald"], "interval is 'wald'"),
         (["--csv", "no/such/folder/a.csv"], "cannot be written"),
     ],
 )
 def test_bad_words_are_refused(files, words, says, capsys):
     assert main(["monte-carlo", *files, "-n", "4", *words]) == 2
     assert says in capsys.readouterr().err
+
+
+def test_a_bad_interval_is_refused_before_the_runs(files, monkeypatch, capsys):
+    monkeypatch.setattr(monte_carlo_command, "monte_carlo", None)
+    assert main(["monte-carlo", *files, "-n", "4", "--interval", "wald"]) == 2
+    assert "interval is 'wald'" in capsys.readouterr().err
 
 
 def test_ctrl_c_tells_what_is_done(files, monkeypatch, capsys, tmp_path):

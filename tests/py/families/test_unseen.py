@@ -6,6 +6,7 @@ import pytest
 from nfopidn import Controller, families
 from nfopidn.families.unseen import periodic_spline
 from nfopidn.robustness.reference_limits import beyond_the_robot
+from scipy import interpolate
 
 FAMILY = families.unseen(8, rng=3)
 PLANTS = 7
@@ -78,7 +79,6 @@ def test_it_starts_at_rest_beside_the_path():
 
 
 def test_its_splines_are_those_of_another_implementation():
-    interpolate = pytest.importorskip("scipy.interpolate")
     draw = np.random.default_rng(5)
     knots = draw.uniform(-1, 1, (6, 2))
     closed = np.vstack([knots, knots[:1]])

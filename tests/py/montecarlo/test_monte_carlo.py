@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from nfopidn import Controller, Family, Rival, Robot, Scenario, monte_carlo, simulate
 from nfopidn.montecarlo import Choice, LogNormal, Normal, Uniform, runs, sobol_indices
+from pyarrow import parquet
 from scipy import stats
 
 SCENARIO = Scenario.published(pose_noise=(0.005, 0.005), rng=0)
@@ -261,6 +262,27 @@ def test_sobol_indices_share_out_the_variance():
     assert "inertia" in str(found)
 
 
+def test_sobol_indices_are_those_of_the_metric_asked_for():
+    names = {"mass": Normal(11.5, 1.0), "inertia": Normal(0.5873, 0.02)}
+    of_cost, of_energy = (
+        sobol_indices(CALM, CONTROLLER, 64, rng=1, distributions=names, metric=metric)
+        for metric in ("cost", "energy")
+    )
+    place = of_cost.names.index("mass")
+    assert abs(of_energy.first_order[place] - of_cost.first_order[place]) > 0.2
+
+
+def test_a_diverged_run_is_within_no_limit_of_a_metric():
+    """Its metrics would be those of the samples before."""
+    lost = monte_carlo(
+        CALM, Controller.published(form="incremental"), 4, rng=1, columns=("cost", "iae")
+    )
+    assert (lost.costs > 10).all()
+    assert np.isinf(lost.metrics["iae"]).all()
+    assert np.isfinite(lost.costs).all()
+    assert not lost.within({"iae": 1e9}).any()
+
+
 def test_position_errors_are_those_of_the_runs(result):
     t, errors = result.position_errors(3)
     run = simulate(result.replay(2), CONTROLLER)
@@ -377,7 +399,6 @@ def test_parquet_without_pyarrow_is_refused(result, tmp_path, monkeypatch):
 
 
 def test_parquet_has_the_columns(result, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
     result.to_parquet(tmp_path / "runs.parquet")
     table = parquet.read_table(tmp_path / "runs.parquet")
     assert table.equals(result.to_arrow())

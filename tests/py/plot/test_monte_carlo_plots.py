@@ -49,6 +49,17 @@ def test_bands_are_the_runs_quantiles():
     assert (ends[1].min(), ends[1].max()) == (25, 150)
 
 
+def test_a_band_that_ends_in_lost_runs_goes_to_the_top_and_says_so():
+    values = np.column_stack([np.arange(101.0), np.arange(101.0)])
+    values[90:, 1] = np.inf
+    ax = plot.quantile_bands([0.0, 0.2], values)
+    ends = [path.vertices[:, 1] for band in ax.collections for path in band.get_paths()]
+    assert ends[0].max() > 95
+    names = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "5% to 95%, open where more runs have diverged" in names
+    assert "open" not in ax.collections[1].get_label()
+
+
 @pytest.mark.parametrize(
     ("draw", "says"),
     [

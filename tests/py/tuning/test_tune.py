@@ -236,8 +236,16 @@ def test_one_objective_serves_threads_and_forked_processes():
     wanted = Objective().costs(points)
     assert_array_equal(objective.costs(points), wanted)
     with ThreadPoolExecutor(4) as pool:
-        for costs in pool.map(objective.costs, [points] * 20):
-            assert_array_equal(costs, wanted)
+        # Each thread asks for other points, and another number of them.
+        parts = [points[first : first + 1 + 3 * first] for first in range(10)] * 4
+        for part, costs in zip(parts, pool.map(objective.costs, parts), strict=True):
+            assert_array_equal(costs, wanted[[points.tolist().index(x) for x in part.tolist()]])
+        alone = [Objective().gradient(x) for x in points[:10]]
+        for (cost, slopes), (own, own_slopes) in zip(
+            alone * 4, pool.map(objective.gradient, list(points[:10]) * 4), strict=True
+        ):
+            assert own == cost
+            assert_array_equal(own_slopes, slopes)
     read, write = os.pipe()
     child = os.fork()
     if child == 0:

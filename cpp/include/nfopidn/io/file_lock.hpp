@@ -110,7 +110,7 @@ NFOPIDN_HOST Outcome FileLock::lock(const std::string& path) {
     struct stat own = {}, there = {};
     const bool same = ::fstat(file, &own) == 0 && ::stat(name_.c_str(), &there) == 0 &&
                       own.st_ino == there.st_ino && own.st_dev == there.st_dev;
-    // A file system without locks protects nobody, as it never did.
+    // On a file system without locks two searches can write one checkpoint.
     if (same) {
       file_ = file;
       return {};

@@ -33,7 +33,7 @@ NFOPIDN_HOST Outcome read_file(const std::string& path, std::string& text,
                                std::size_t largest = largest_file);
 
 // Which of this process's descriptors a name such as /dev/stdout or /dev/fd/3 stands for, -1 if it
-// is another file's. What it leads to, a log perhaps, must be written on and not anew.
+// is another file's. What it leads to, such as a log, must be appended to, not replaced.
 NFOPIDN_HOST int descriptor_of(const std::string& path);
 
 // Where what is written to a name goes.

@@ -45,9 +45,7 @@ struct Reading<std::array<double, count>> {
 };
 template <std::size_t count>
 struct Reading<std::optional<std::array<double, count>>> {
-  static Json read(const std::string& text) {
-    return text == "reference" ? Json(nullptr) : list(text);
-  }
+  static Json read(const std::string& text) { return list(text); }
 };
 template <std::size_t row_count, std::size_t columns>
 using Matrix = double[row_count][columns];
@@ -55,11 +53,10 @@ template <std::size_t row_count, std::size_t columns>
 struct Reading<Matrix<row_count, columns>> {
   static Json read(const std::string& text) { return rows(text, columns); }
 };
-// A robot's numbers in the order of its fields, or a word for none.
+// A robot's numbers in the order of its fields.
 template <>
 struct Reading<std::optional<Robot<double>>> {
   static Json read(const std::string& text) {
-    if (text == "robot") return nullptr;
     Json numbers = list(text);
     Json robot = Json::object();
     std::size_t place = 0;
@@ -77,18 +74,13 @@ struct Reading<Memory> {
     return text == "inf" ? Json(text) : number_or_text(text);
   }
 };
-// A speed that follows from the resolution where none is given, a limit that is none.
 template <>
 struct Reading<std::optional<double>> {
-  static Json read(const std::string& text) {
-    return text == "resolution" || text == "none" ? Json(nullptr) : number_or_text(text);
-  }
+  static Json read(const std::string& text) { return number_or_text(text); }
 };
 template <>
 struct Reading<SampleTime<double>> {
-  static Json read(const std::string& text) {
-    return text == "unknown" ? Json(nullptr) : number_or_text(text);
-  }
+  static Json read(const std::string& text) { return number_or_text(text); }
 };
 template <>
 struct Reading<Allocation<double>> {
@@ -107,6 +99,15 @@ struct Reading<std::vector<std::array<double, 2>>> {
   static Json read(const std::string& text) { return list(text); }
 };
 
+// The word for null, as the field's text tells it; "" of a field that has none.
+inline std::string word_for_null(const std::string& text) {
+  constexpr std::string_view before = "(in words: ";
+  const std::size_t found = text.find(before);
+  if (found == std::string::npos) return "";
+  const std::size_t begin = found + before.size();
+  return text.substr(begin, text.find(')', begin) - begin);
+}
+
 }  // namespace words
 
 // The words given for the fields of one settings struct, by field name.
@@ -122,6 +123,8 @@ Json words_to_json(const Words& given) {
     using Value = std::remove_reference_t<decltype(std::declval<Settings&>().*field.member)>;
     if constexpr (std::is_same_v<Value, bool>) {
       object[field.name] = found->second == "true";
+    } else if (!found->second.empty() && found->second == words::word_for_null(field.text)) {
+      object[field.name] = nullptr;
     } else {
       object[field.name] = words::Reading<Value>::read(found->second);
     }

@@ -76,6 +76,23 @@ class SpeedEstimate {
   bool first_ = true;
 };
 
+// Fills settings with the next parameters, and gives what follows those.
+template <class Settings, class Number>
+constexpr const Number* take_parameters(const Number* parameters, Settings& settings) {
+  Settings::fields([&](const auto& field) { settings.*field.member = *parameters++; });
+  return parameters;
+}
+
+// How many parameters settings have.
+template <class Settings>
+constexpr int count_parameters() {
+  int count = 0;
+  Settings::fields([&](const auto& /*field*/) { ++count; });
+  return count;
+}
+template <class Settings>
+constexpr int parameter_count = count_parameters<Settings>();
+
 // Integral action beside a law: it adds the sum of the accelerations that the law has asked for,
 // each times a gain [1/s] and the sample time. On a loop of velocities that makes PI of P. The sums
 // stay within what the torque limit can give, so that they do not wind up.
@@ -146,7 +163,6 @@ class Rival {
 
   // The unlimited feedback part of the last step's torque.
   constexpr TorquePair<Scalar> feedback() const noexcept { return feedback_; }
-  constexpr const Law& law() const noexcept { return law_; }
 
  private:
   NFOPIDN_INLINE static constexpr Scalar within(const Scalar& value, Base limit) {

@@ -13,7 +13,7 @@ namespace nfopidn::rivals {
 // The law of the lanes that a law is, if it is one.
 inline std::optional<LaneLaw> lane_law(std::size_t law) {
   const std::string name = law_name(law);
-  for (int i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < std::size(ChoiceNames<LaneLaw>::names); ++i) {
     if (name == ChoiceNames<LaneLaw>::names[i]) return static_cast<LaneLaw>(i);
   }
   return {};
@@ -23,20 +23,17 @@ inline std::optional<LaneLaw> lane_law(std::size_t law) {
 template <class Number>
 std::vector<Number> lane_numbers(const RivalDesign& design, const Model<double>& model,
                                  const std::vector<Number>& parameters) {
-  std::vector<Number> numbers;
-  auto next = parameters.begin();
-  if (lane_law(design.law) == LaneLaw::lqr) {
-    LqrTolerances<Number> tolerance;
-    next += take_parameters(parameters.data(), tolerance) - parameters.data();
-    numbers.assign(next, parameters.end());
-    if (!design.integral) numbers.resize(numbers.size() + 2, Number(0.0));
+  const bool is_regulator = lane_law(design.law) == LaneLaw::lqr;
+  LqrTolerances<Number> tolerance;
+  const Number* next = parameters.data();
+  if (is_regulator) next = take_parameters(next, tolerance);
+  std::vector<Number> numbers(next, parameters.data() + parameters.size());
+  if (!design.integral) numbers.resize(numbers.size() + 2, Number(0.0));
+  if (is_regulator) {
     for (const LqrGains<Number>& gains : lqr_table(tolerance, model.peak_speed, model.dt)) {
       numbers.insert(numbers.end(), {gains.k_x, gains.k_y, gains.k_theta});
     }
-    return numbers;
   }
-  numbers.assign(next, parameters.end());
-  if (!design.integral) numbers.resize(numbers.size() + 2, Number(0.0));
   return numbers;
 }
 
@@ -110,9 +107,7 @@ namespace nfopidn::rivals {
 
 NFOPIDN_HOST RivalEvaluator::RivalEvaluator(const Scenario& scenario, RivalDesign design)
     : design_(std::move(design)), run_(prepare(scenario)), model_(model_of(design_, run_)) {
-  for (const auto& sample : run_.reference) {
-    headings_.push_back(math<double>::heading(sample.theta));
-  }
+  headings_ = run_.reference_headings();
   if (run_.inputs().noise == nullptr) calm_.resize(run_.reference.size());
   set_instruction_set(best_instruction_set());
 }

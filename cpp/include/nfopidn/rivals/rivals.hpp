@@ -65,13 +65,6 @@ void for_each_parameter(std::size_t law, bool integral, const Visit& visit) {
   if (integral) IntegralGains<double>::fields(visit);
 }
 
-// Fills settings with the next parameters, and gives what follows those.
-template <class Settings, class Number>
-const Number* take_parameters(const Number* parameters, Settings& settings) {
-  Settings::fields([&](const auto& field) { settings.*field.member = *parameters++; });
-  return parameters;
-}
-
 // The law's own settings, as parameters; without integral action where it may have some.
 NFOPIDN_HOST std::vector<double> default_parameters(std::size_t law, bool integral = false);
 

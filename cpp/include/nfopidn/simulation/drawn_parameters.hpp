@@ -87,8 +87,8 @@ inline const std::vector<DrawnParameter>& drawn_parameters() {
 // The scenario of one run after another: a base, with some parameters drawn and a seed of its own.
 class DrawnScenarios {
  public:
-  // drawn: indices into drawn_parameters(), ascending. The feedforward goes on to reckon with the
-  // base's model: whoever runs the robot does not know what is drawn.
+  // drawn: indices into drawn_parameters(), ascending. The feedforward uses the
+  // base's model, because the controller does not know the drawn parameters.
   DrawnScenarios(const Scenario& base, std::vector<std::size_t> drawn)
       : base_(base), drawn_(std::move(drawn)) {
     base_.model = base.modelled_robot();

@@ -116,6 +116,13 @@ struct PreparedRun {
   DifferentialDrive<double> plant;
   ControlLimits<double> limits;
   LoopInputs<double> inputs() const;
+  // The cosine and sine of each reference heading, which the lanes take.
+  std::vector<Heading<double>> reference_headings() const {
+    std::vector<Heading<double>> headings;
+    headings.reserve(reference.size());
+    for (const auto& sample : reference) headings.push_back(math<double>::heading(sample.theta));
+    return headings;
+  }
   // How this thread's present work is interrupted.
   Poll poll() const { return Interruption::poll(scenario->substeps); }
   const Scenario* scenario;

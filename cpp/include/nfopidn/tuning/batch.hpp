@@ -130,10 +130,7 @@ NFOPIDN_HOST BatchEvaluator::BatchEvaluator(PreparedRun run,
                                             const ControllerSettings<double>& structure)
     : run_(std::move(run)), structure_(structure) {
   const StandardArithmetic arithmetic;
-  headings_.reserve(run_.reference.size());
-  for (const auto& sample : run_.reference) {
-    headings_.push_back(math<double>::heading(sample.theta));
-  }
+  headings_ = run_.reference_headings();
   set_instruction_set(best_instruction_set());
 }
 

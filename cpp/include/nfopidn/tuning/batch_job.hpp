@@ -6,6 +6,7 @@
 namespace nfopidn {
 
 constexpr int batch_capacity = 34;  // most taps a channel: memory 32
+constexpr int small_capacity = 7;   // memory 5, the paper's
 
 constexpr double no_bound = __builtin_huge_val();
 

@@ -18,12 +18,10 @@ inline double steps_of(const PreparedRun& run) {
 
 class FamilyObjective : public Objective {
  public:
-  bool is_cheap() const override { return true; }
   Eigen::Index partials_at_once() const override {
     return runs_one_by_one() ? pool_.size() : dimension_;
   }
-  // A moment's worth, so that a time limit is kept and little is lost to it; but enough for the
-  // lanes, or for the threads.
+  // So few that a time limit is kept closely, but enough to fill the lanes or the threads.
   Eigen::Index most_at_once() const override;
 
   void costs(const Points& points, double* costs) override {
@@ -48,18 +46,22 @@ class FamilyObjective : public Objective {
   // Whether each candidate and direction is a run of its own, for want of lanes.
   virtual bool runs_one_by_one() const = 0;
 
-  // Is told the candidates, a column each, before run() is called for parts of them by any thread:
-  // costs [count] of the candidates first .. first + count - 1. One that costs more than its bound,
-  // if there are bounds, may have some cost over it.
-  virtual void take(const Points& points) = 0;
-  virtual void run(Eigen::Index scenario, Eigen::Index first, Eigen::Index count, double* costs,
-                   const double* bounds) const = 0;
+  // What the runs are given of candidates, in lists of the objective's own. A value, and no member,
+  // so that several threads may ask one objective.
+  using Numbers = std::vector<std::vector<double>>;
 
-  // The same for a point and directions: those of its coordinates first .. first + count - 1.
-  // differentiate() gives the cost, and its slopes in `count` of them.
-  virtual void take_directions(const Point& point, Eigen::Index first, Eigen::Index count) = 0;
-  virtual double differentiate(Eigen::Index scenario, Eigen::Index first, Eigen::Index count,
-                               double* slopes) const = 0;
+  virtual Numbers numbers_of(const Points& points) const = 0;
+  // The costs [count] of the candidates first .. first + count - 1, called by any thread. One that
+  // costs more than its bound, if there are bounds, may have some cost over it.
+  virtual void run(const Numbers& numbers, Eigen::Index scenario, Eigen::Index first,
+                   Eigen::Index count, double* costs, const double* bounds) const = 0;
+
+  // The same for a point, and for its coordinates first .. first + count - 1 as directions.
+  // differentiate() gives the cost, and its slopes in `count` of the directions.
+  virtual Numbers directions_of(const Point& point, Eigen::Index first,
+                                Eigen::Index count) const = 0;
+  virtual double differentiate(const Numbers& numbers, Eigen::Index scenario, Eigen::Index first,
+                               Eigen::Index count, double* slopes) const = 0;
 
   Eigen::Index dimension() const { return dimension_; }
 
@@ -82,8 +84,8 @@ class FamilyObjective : public Objective {
   }
 
   // costs: [scenarios][count], bounds: [count], those of the next scenario `stride` further.
-  void share_out_costs(Eigen::Index count, const double* bounds, Eigen::Index stride,
-                       double* costs);
+  void share_out_costs(const Numbers& numbers, Eigen::Index count, const double* bounds,
+                       Eigen::Index stride, double* costs);
 
   Eigen::Index dimension_;
   FamilyCost family_;
@@ -110,11 +112,11 @@ NFOPIDN_HOST Eigen::Index FamilyObjective::most_at_once() const {
 NFOPIDN_HOST void FamilyObjective::bounded_costs(const Points& points, const double* bounds,
                                                  double* costs) {
   const StandardArithmetic arithmetic;
-  take(points);
+  const Numbers numbers = numbers_of(points);
   const Eigen::Index count = points.cols();
   const Eigen::Index scenarios = scenario_count();
   if (scenarios == 1 && family_.caps.empty()) {
-    share_out_costs(count, bounds, 0, costs);
+    share_out_costs(numbers, count, bounds, 0, costs);
     return;
   }
   Eigen::MatrixXd each_bound;
@@ -133,7 +135,7 @@ NFOPIDN_HOST void FamilyObjective::bounded_costs(const Points& points, const dou
     }
   }
   Eigen::MatrixXd each(count, scenarios);
-  share_out_costs(count, bounds != nullptr ? each_bound.data() : nullptr,
+  share_out_costs(numbers, count, bounds != nullptr ? each_bound.data() : nullptr,
                   each_bound.cols() > 1 ? count : 0, each.data());
   for (Eigen::Index j = 0; j < count; ++j) {
     Eigen::VectorXd row = each.row(j);
@@ -145,14 +147,14 @@ NFOPIDN_HOST void FamilyObjective::bounded_costs(const Points& points, const dou
 NFOPIDN_HOST double FamilyObjective::partials(const Point& point, Eigen::Index first,
                                               Eigen::Index count, double* slopes) {
   const StandardArithmetic arithmetic;
-  take_directions(point, first, count);
+  const Numbers numbers = directions_of(point, first, count);
   const Eigen::Index scenarios = scenario_count();
   Eigen::VectorXd each(scenarios);
   Eigen::MatrixXd each_slopes(count, scenarios);
   constexpr int together = 16;  // directions that take hardly longer than half of them
   over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
     const double cost =
-        differentiate(scenario, from, there, each_slopes.col(scenario).data() + from);
+        differentiate(numbers, scenario, from, there, each_slopes.col(scenario).data() + from);
     if (from == 0) each(scenario) = cost;
   });
   if (!family_.caps.empty()) {
@@ -166,11 +168,12 @@ NFOPIDN_HOST double FamilyObjective::partials(const Point& point, Eigen::Index f
   return dot(each, weight);
 }
 
-NFOPIDN_HOST void FamilyObjective::share_out_costs(Eigen::Index count, const double* bounds,
-                                                   Eigen::Index stride, double* costs) {
+NFOPIDN_HOST void FamilyObjective::share_out_costs(const Numbers& numbers, Eigen::Index count,
+                                                   const double* bounds, Eigen::Index stride,
+                                                   double* costs) {
   constexpr int together = 8;  // candidates, with the widest instructions
   over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
-    run(scenario, first, there, costs + scenario * count + first,
+    run(numbers, scenario, first, there, costs + scenario * count + first,
         bounds == nullptr ? nullptr : bounds + scenario * stride + first);
   });
 }

@@ -30,23 +30,17 @@ struct RunSeeds {
 
 // The numbers of a controller's law as the lanes take them: taps, and LawParameters if any.
 inline std::vector<double> lane_law_of(const ControllerDesign& design) {
-  if (!design.taps.empty()) return design.taps;
-  const auto count = static_cast<std::size_t>(design.memory) + 2;
-  LawNumbers<double> law = law_numbers<double>(design);
-  std::vector<double> numbers(channel_count * count), work(count);
-  const LawParameters<double> parameters =
-      fuse_law<double>(static_cast<const ControllerSettings<double>&>(design), law.gains, law.alpha,
-                       law.sigma, law.tracking, numbers.data(), work.data());
-  if (design.needs_tracking_law()) {
-    LawParameters<double>::each(parameters, [&](double number) { numbers.push_back(number); });
-  }
+  const Structure structure = {design, parameter_set_of(design)};
+  const auto size = static_cast<std::size_t>(law_size(design, design.memory + 2));
+  std::vector<double> numbers(size);
+  parameters_to_law(structure, parameters_of(structure.parameters, design), numbers.data());
   return numbers;
 }
 
 // Whether lanes can run it: memory up to 5, no disturbance by the sample, and no friction where the
 // integrator is the exact one.
 inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
-  if (design.memory.is_long() || design.memory + 2 > monte_carlo_capacity) return false;
+  if (design.memory.is_long() || design.memory + 2 > small_capacity) return false;
   if (scenario.disturbance.size() != 1) return false;
   return scenario.integrator != Integrator::exact ||
          (scenario.viscous_friction == 0 && scenario.coulomb_friction == 0);
@@ -61,9 +55,7 @@ class LaneSetting {
     calm_.pose_noise = {0, 0};
     calm_.disturbance = {{0, 0}};
     run_ = std::make_unique<PreparedRun>(prepare(calm_));
-    for (const auto& sample : run_->reference) {
-      headings_.push_back(math<double>::heading(sample.theta));
-    }
+    headings_ = run_->reference_headings();
   }
 
   LaneSetting(const LaneSetting&) = delete;
@@ -78,8 +70,7 @@ class LaneSetting {
             s.pose_noise[0],
             s.pose_noise[1],
             detail::start_state(s),
-            s.seed,
-            law_.data()};
+            s.seed};
   }
 
   // use(job) for runs of one delay.
@@ -92,6 +83,7 @@ class LaneSetting {
     const MonteCarloJob job = {&inputs,
                                &structure_,
                                &run_->limits,
+                               law_.data(),
                                structure_.memory + 2,
                                static_cast<int>(law_.size()),
                                calm_.initial_velocity.reference,
@@ -143,6 +135,8 @@ class MonteCarloRuns {
     const bool shares_path = design_.has_value() && !scenarios_.draws("path_scale");
     kernel_ = shares_path ? batch_kernels(set).monte_carlo : nullptr;
   }
+
+  bool has_lanes() const { return kernel_ != nullptr; }
 
   // values: [count][drawn_count()]; costs: [count]. When an Interruption has happened, these are no
   // costs.

@@ -8,8 +8,6 @@
 
 namespace nfopidn {
 
-constexpr int monte_carlo_capacity = 7;  // most taps a channel: memory 5, the paper's
-
 // What a run has of its own, as the loop takes it.
 struct LaneRun {
   Robot<double> robot;
@@ -19,7 +17,6 @@ struct LaneRun {
   double heading_noise;
   State<double> start;
   uint64_t seed;
-  const double* law;  // [law_size], as in BatchJob
 };
 
 // Is told each sample of a run.
@@ -33,7 +30,8 @@ struct MonteCarloJob {
   const LoopInputs<double>* inputs;  // with headings, without noise and disturbance
   const ControllerSettings<double>* structure;
   const ControlLimits<double>* limits;
-  int tap_count;  // at most monte_carlo_capacity
+  const double* law;  // [law_size] of all runs, as in BatchJob
+  int tap_count;      // at most small_capacity
   int law_size;
   bool in_motion;  // the robots start with the reference's speed
   Integrator integrator;
@@ -43,7 +41,7 @@ struct MonteCarloJob {
   int count;
   double* costs;  // [count]
   Poll poll;
-  // Of a recorded run, the first one, the others being ignored.
+  // Set only for a recording, which is of runs[0] alone.
   const LaneRecorder* recorder;
   int* completed;  // samples until it diverged, or all
 };

@@ -1,14 +1,14 @@
-// L4. Tuning of a controller: the stages of a search, whoever asks for it.
+// L4. Tuning of a controller: the stages of a search, and how they share its budget.
 //
 // A search for free taps is hard to start: without a start it looks for gains and orders first, and
 // goes on from their taps. Where it may also choose what the lateral channel is fed, each choice is
 // a stage with its share of the budget. Every other search is one stage.
 #pragma once
 
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nfopidn/foundation/host.hpp"
@@ -36,8 +36,8 @@ struct TuningPlan {
   std::vector<PlannedStage> alternatives;  // at least one; the best of their results is the answer
 };
 
-// The structures that a search is for, by the names of their stages: the last one is the search's
-// own and has no name. `has_start`: whether there is a point to start from.
+// The structures that a search is for, by the names of their stages. The last alternative has the
+// empty name: its checkpoint has no suffix. `has_start`: whether there is a point to start from.
 using NamedStructure = std::pair<std::string, Structure>;
 struct StructureStages {
   std::optional<NamedStructure> gains;
@@ -154,10 +154,8 @@ class TuningRun {
   TuningRun(const TuningPlan& plan, StageRunner& runner) : plan_(plan), runner_(runner) {}
 
   TuningResult run() {
-    left_ = plan_.search.limits.evaluations;
-    seconds_ = plan_.search.limits.seconds;
     Point start = plan_.start;
-    std::int64_t rest = left_;
+    std::int64_t rest = plan_.search.limits.evaluations;
     if (plan_.gains) {
       const std::int64_t share = share_for_gains();
       const SearchResult found = find_start(share);
@@ -179,19 +177,24 @@ class TuningRun {
         rest -= search.limits.evaluations;
       }
       if (search.limits.evaluations < 1) break;
-      search.limits.seconds = seconds_ / static_cast<double>(remaining);
+      search.limits.seconds = seconds_left() / static_cast<double>(remaining);
       add(run_stage(plan_.alternatives[place], search, start), place);
     }
     return std::move(result_);
   }
 
  private:
+  std::int64_t evaluations_left() const {
+    return plan_.search.limits.evaluations - result_.evaluations;
+  }
+  double seconds_left() const { return plan_.search.limits.seconds - result_.seconds; }
+
   bool goes_on() const {
     if (!has_run_) return true;
     const StopReason reason = result_.reason;
     const bool came_to_its_end = reason == StopReason::schedule ||
                                  reason == StopReason::evaluations || reason == StopReason::time;
-    return came_to_its_end && left_ > 0 && seconds_ > 0 && !runner_.has_failed();
+    return came_to_its_end && evaluations_left() > 0 && seconds_left() > 0 && !runner_.has_failed();
   }
 
   SearchResult run_stage(const PlannedStage& planned, const SearchSettings& search,
@@ -201,7 +204,8 @@ class TuningRun {
   }
 
   std::int64_t share_for_gains() const {
-    const std::int64_t budget = left_ < unlimited_budget ? left_ : default_budget({});
+    const std::int64_t given = plan_.search.limits.evaluations;
+    const std::int64_t budget = given < unlimited_budget ? given : default_budget({});
     return std::max<std::int64_t>(
         1, static_cast<std::int64_t>(start_share * static_cast<double>(budget)));
   }
@@ -255,16 +259,12 @@ class TuningRun {
     result_.evaluations = evaluations;
     result_.seconds = seconds;
     result_.reason = found.reason;
-    if (left_ < unlimited_budget) left_ -= found.evaluations;
-    seconds_ -= found.seconds;
   }
 
   const TuningPlan& plan_;
   StageRunner& runner_;
   TuningResult result_;
   bool has_run_ = false;
-  std::int64_t left_ = 0;
-  double seconds_ = 0;
 };
 
 }  // namespace detail

@@ -15,6 +15,7 @@ class TuneObjective : public FamilyObjective {
                 FamilyCost family, int threads);
 
   bool has_gradient() const override { return true; }
+  bool is_cheap() const override { return true; }
 
  private:
   Eigen::Index scenario_count() const override {
@@ -28,21 +29,21 @@ class TuneObjective : public FamilyObjective {
   // A memory beyond that of the lanes.
   bool runs_one_by_one() const override { return structure_.settings.memory + 2 > batch_capacity; }
 
-  void take(const Points& points) override;
-  void run(Eigen::Index scenario, Eigen::Index first, Eigen::Index count, double* costs,
-           const double* bounds) const override {
+  // One list: the laws of the candidates, [candidates][law_size].
+  Numbers numbers_of(const Points& points) const override;
+  void run(const Numbers& numbers, Eigen::Index scenario, Eigen::Index first, Eigen::Index count,
+           double* costs, const double* bounds) const override {
     evaluators_[static_cast<std::size_t>(scenario)].costs_of_laws(
-        laws_.data() + static_cast<std::size_t>(first) * law_size(), static_cast<int>(count), costs,
-        bounds);
+        numbers[0].data() + static_cast<std::size_t>(first) * law_size(), static_cast<int>(count),
+        costs, bounds);
   }
 
-  // The numbers of the law at a point, and how they change with its coordinates first .. first +
-  // count - 1.
-  void take_directions(const Point& point, Eigen::Index first, Eigen::Index count) override;
-  double differentiate(Eigen::Index scenario, Eigen::Index first, Eigen::Index count,
-                       double* slopes) const override {
+  // Two lists: the law of the point, [law_size], and how it changes, [directions][law_size].
+  Numbers directions_of(const Point& point, Eigen::Index first, Eigen::Index count) const override;
+  double differentiate(const Numbers& numbers, Eigen::Index scenario, Eigen::Index first,
+                       Eigen::Index count, double* slopes) const override {
     return evaluators_[static_cast<std::size_t>(scenario)].gradient(
-        law_.data(), directions_.data() + static_cast<std::size_t>(first) * law_size(),
+        numbers[0].data(), numbers[1].data() + static_cast<std::size_t>(first) * law_size(),
         static_cast<int>(count), slopes);
   }
 
@@ -54,8 +55,6 @@ class TuneObjective : public FamilyObjective {
   std::vector<BatchEvaluator> evaluators_;
   Structure structure_;
   FreeParameters parameters_;
-  std::vector<double> laws_;              // of the candidates, [candidates][law_size]
-  std::vector<double> law_, directions_;  // of a point, [law_size] and [directions][law_size]
 };
 
 }  // namespace nfopidn
@@ -75,32 +74,34 @@ NFOPIDN_HOST TuneObjective::TuneObjective(const std::vector<const Scenario*>& sc
   }
 }
 
-NFOPIDN_HOST void TuneObjective::take(const Points& points) {
+NFOPIDN_HOST FamilyObjective::Numbers TuneObjective::numbers_of(const Points& points) const {
   const std::size_t size = law_size();
-  laws_.resize(static_cast<std::size_t>(points.cols()) * size);
+  std::vector<double> laws(static_cast<std::size_t>(points.cols()) * size);
   for (Eigen::Index j = 0; j < points.cols(); ++j) {
     parameters_to_law(structure_, parameters_.full(points.col(j).data()),
-                      laws_.data() + static_cast<std::size_t>(j) * size);
+                      laws.data() + static_cast<std::size_t>(j) * size);
   }
+  return {std::move(laws)};
 }
 
-NFOPIDN_HOST void TuneObjective::take_directions(const Point& point, Eigen::Index first,
-                                                 Eigen::Index count) {
+NFOPIDN_HOST FamilyObjective::Numbers TuneObjective::directions_of(const Point& point,
+                                                                   Eigen::Index first,
+                                                                   Eigen::Index count) const {
   const std::size_t size = law_size();
-  law_.resize(size);
-  directions_.resize(size * static_cast<std::size_t>(count));
+  std::vector<double> law(size), directions(size * static_cast<std::size_t>(count));
   std::vector<Dual<double>> x(static_cast<std::size_t>(dimension())), fused(size);
-  double* slope = directions_.data();
+  double* slope = directions.data();
   for (Eigen::Index i = first; i < first + count; ++i) {
     for (Eigen::Index k = 0; k < dimension(); ++k) {
       x[static_cast<std::size_t>(k)] = {point(k), k == i ? 1.0 : 0.0};
     }
     parameters_to_law(structure_, parameters_.full(x.data()), fused.data());
     for (std::size_t n = 0; n < size; ++n) {
-      law_[n] = fused[n].value;
+      law[n] = fused[n].value;
       *slope++ = fused[n].slope;
     }
   }
+  return {std::move(law), std::move(directions)};
 }
 
 }  // namespace nfopidn

@@ -11,28 +11,10 @@ namespace {
 
 constexpr std::size_t help_column = 34;  // behind the longest names of an option
 
-// The word for null, as the field's text tells it; "" of a field that has none.
-std::string word_for_null(const std::string& text) {
-  constexpr std::string_view before = "(in words: ";
-  const std::size_t found = text.find(before);
-  if (found == std::string::npos) return "";
-  const std::size_t begin = found + before.size();
-  return text.substr(begin, text.find(')', begin) - begin);
-}
-
 template <class Value>
 std::string default_text(const Value& field, const std::string& text_of_field) {
-  if constexpr (std::is_same_v<std::decay_t<Value>, SampleTime<double>>) {
-    if (!field.has_value()) return "unknown";
-  }
-  if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<double>>) {
-    if (!field.has_value()) return word_for_null(text_of_field);
-  }
-  if constexpr (std::is_same_v<std::decay_t<Value>, std::optional<Robot<double>>>) {
-    if (!field.has_value()) return "robot";
-  }
   const Json value = json::write(field);
-  if (value.is_null()) return "the reference's start";
+  if (value.is_null()) return words::word_for_null(text_of_field);
   if (value.is_string()) return value.get<std::string>();
   std::string text = value.dump();
   text.erase(std::remove_if(text.begin(), text.end(), [](char c) { return c == '[' || c == ']'; }),
