@@ -63,7 +63,7 @@ class LaneSetting {
 
   const PreparedRun& run() const { return *run_; }
 
-  LaneRun own(const Scenario& s) const {
+  static LaneRun own(const Scenario& s) {
     return {s.robot,
             {s.viscous_friction, s.coulomb_friction},
             {s.disturbance[0][0], s.disturbance[0][1]},
