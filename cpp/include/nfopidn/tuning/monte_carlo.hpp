@@ -158,7 +158,7 @@ class MonteCarloRuns {
       for (std::ptrdiff_t i = 0; i < count; ++i) {
         owner_.scenarios_.apply(values + i * width, seeds[i], scenario_);
         if (setting_ != nullptr && runs_in_lanes(scenario_, *owner_.design_)) {
-          waiting_.push_back({scenario_.delay, costs + i, setting_->own(scenario_)});
+          waiting_.push_back({scenario_.delay, costs + i, LaneSetting::own(scenario_)});
         } else {
           costs[i] = owner_.evaluate_(scenario_);
         }
@@ -223,7 +223,7 @@ NFOPIDN_HOST SimulationResult simulate_as_drawn(const Scenario& scenario,
         static_cast<detail::Recording*>(owner)->add(k, state, torque, feedback);
       },
       &recording};
-  const LaneRun own = setting.own(scenario);
+  const LaneRun own = LaneSetting::own(scenario);
   LoopResult<double> loop = {};
   setting.with_job(&own, 1, scenario.delay, &loop.cost, [&](MonteCarloJob job) {
     job.recorder = &recorder;
