@@ -7,6 +7,11 @@ square of the distance to the reference [mm] over the lap, as tuned, with one an
 of delay, and from 0.1 m beside the start; the seconds that the search took; and the verdict. With
 --room the search's upper bounds are for loops so many times as fast: speed gains, which are rates,
 may be so many times as high, proportional gains its square and integral gains its cube.
+
+With --friction the friction is not what it was taken for: of each seed's gains the root mean square
+of the distance [mm] and the share that the pose has in the cost, with 70 and with 130 % of the
+friction, without and with friction feedforward, once with the gains above and once with gains that
+were tuned with it.
 """
 
 import argparse
@@ -61,15 +66,50 @@ def errors(scenario, controller):
     return np.array([1e3 * run.metrics["position_rms"] for run in runs])
 
 
+def pose_share(run):
+    """Give the share that errors of position and heading have in the cost (eq. 41)."""
+    error = run.columns
+    pose = sum(np.mean(error[name] ** 2) for name in ("e_x", "e_y", "e_theta"))
+    return pose / run.cost
+
+
+def print_friction(scenario, seeds):
+    """Print what friction feedforward is worth where the friction is another than was taken."""
+    compensated = scenario.replace(friction_feedforward=(0.0, scenario.coulomb_friction))
+    print("seed  tuned    fed forward  70 % [mm]  share  130 % [mm]  share  worse [mm]")
+    for tuned, given in (("without", scenario), ("with", compensated)):
+        worse = {}
+        for seed in seeds:
+            controller = nfopidn.tune(given, rng=seed).controller
+            for fed, one in (("no", scenario), ("yes", compensated)):
+                row = ""
+                errors = []
+                for factor in (0.7, 1.3):
+                    rubbing = one.replace(coulomb_friction=factor * scenario.coulomb_friction)
+                    run = nfopidn.simulate(rubbing, controller)
+                    errors.append(1e3 * run.metrics["position_rms"])
+                    row += f"  {errors[-1]:9.2f}  {pose_share(run):5.3f}"
+                worse.setdefault(fed, []).append(max(errors))
+                print(f"{seed:4}  {tuned:7}  {fed:11}{row}  {max(errors):9.2f}", flush=True)
+        medians = {fed: np.median(values) for fed, values in worse.items()}
+        ratio = medians["yes"] / medians["no"]
+        print(f"mid   {tuned:7}  worse {medians['no']:.2f} -> {medians['yes']:.2f} mm, {ratio:.3f}")
+
+
 def main():
     """Run the searches that the arguments ask for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", nargs="+", type=int, default=[1, 2, 3, 4, 5])
     parser.add_argument("--moving", action="store_true", help="start at the reference's speed")
     parser.add_argument("--room", type=float, default=1.0, help="for loops so many times as fast")
+    parser.add_argument(
+        "--friction", action="store_true", help="what friction feedforward is worth"
+    )
     arguments = parser.parse_args()
     scenario = ordinary(moving=arguments.moving)
     bounds = None if arguments.room == 1 else wider_bounds(scenario, arguments.room)
+    if arguments.friction:
+        return print_friction(scenario, arguments.seeds)
     print("seed  nominal  delay 1  delay 2  beside [mm]  seconds  verdict")
     found = []
     for seed in arguments.seeds:

@@ -63,6 +63,8 @@ class _ScenarioChanges(TypedDict, total=False):
     rng: _Seed
     model: Robot | None
     feedforward_limit: float | None
+    friction_feedforward: _Numbers
+    friction_feedforward_speed: float
     cost_weights: _Numbers
     noise_source: _NoiseSource
 
@@ -299,6 +301,8 @@ class Scenario:
         rng: _Seed = None,
         model: Robot | None = None,
         feedforward_limit: float | None = None,
+        friction_feedforward: _Numbers = (0.0, 0.0),
+        friction_feedforward_speed: float = 0.5,
         cost_weights: _Numbers = (1.0, 1.0, 1.0),
         noise_source: _NoiseSource = "mersenne",
     ) -> None: ...
@@ -346,6 +350,10 @@ class Scenario:
     def model(self) -> Robot | None: ...
     @property
     def feedforward_limit(self) -> float | None: ...
+    @property
+    def friction_feedforward(self) -> tuple[float, float]: ...
+    @property
+    def friction_feedforward_speed(self) -> float: ...
     @property
     def cost_weights(self) -> _Triple: ...
     @property

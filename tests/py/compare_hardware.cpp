@@ -186,6 +186,20 @@ void compare_wheels() {
   subject.compare(moves[0] > 500 && moves[1] > 3000 ? 1 : 0, 1);
 }
 
+void compare_reference_torques() {
+  Subject subject("torques");
+  const FrictionFeedforward<float> friction = {FRICTION};
+  for (int k = 0; k < 5000; ++k) {
+    const float size = k % 2 == 0 ? 1.0F : 0.01F;
+    const float v = draw(size);
+    const float omega = draw(3 * size);
+    const float acceleration = draw(2);
+    const float angular = draw(9);
+    subject.compare_wheels(reference_torques(robot, friction, v, omega, acceleration, angular),
+                           eddie_reference_torques(v, omega, acceleration, angular));
+  }
+}
+
 void compare_velocities(Subject& subject, const eddie_velocity_limits& limits) {
   VelocityOutput<float> ours(
       robot, SAMPLE_TIME,
@@ -249,4 +263,5 @@ int main() {
   compare_wheels();
   compare_velocities();
   compare_references();
+  compare_reference_torques();
 }

@@ -23,6 +23,8 @@ SCENARIO = Scenario(
     rng=2**53 - 1,
     model=Robot(9.5, 0.4, 0.4, 0.07),
     feedforward_limit=0.9,
+    friction_feedforward=(0.011, 0.021),
+    friction_feedforward_speed=0.3,
     cost_weights=(2.0, 0.5, 1 / 3),
     noise_source="counter",
 )

@@ -120,6 +120,8 @@ def scenarios(draw):
         rng=draw(st.integers(0, 2**53)),
         model=draw(st.none() | robots),
         feedforward_limit=draw(st.none() | logarithmic(1e-6, 1e6)),
+        friction_feedforward=draw(st.just((0.0, 0.0)) | st.tuples(numbers(0, 1), numbers(0, 1))),
+        friction_feedforward_speed=draw(st.just(0.5) | logarithmic(1e-6, 1e6)),
         cost_weights=draw(st.just((1.0, 1.0, 1.0)) | st.tuples(*[logarithmic(1e-3, 1e3)] * 3)),
         noise_source=draw(st.sampled_from(["mersenne", "counter"])),
     )

@@ -11,3 +11,4 @@
 #include "nfopidn/firmware/velocity_output.hpp"
 #include "nfopidn/foundation/compiler.hpp"  // first: it says what the compiler lacks
 #include "nfopidn/loop/closed_loop.hpp"
+#include "nfopidn/plant/feedforward.hpp"

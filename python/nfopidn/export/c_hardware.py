@@ -50,6 +50,42 @@ def _velocity_limits(asked: Sequence[float] | None) -> list[np.float32]:
     return numbers
 
 
+def _reference_torques(name: str, scenario: Scenario) -> dict[str, str]:
+    """Write what gives the torques of a reference made on board, like reference_torques()."""
+    robot = scenario.robot if scenario.model is None else scenario.model
+    mass, inertia = np.float32(robot.mass), np.float32(robot.inertia)
+    track, radius = np.float32(robot.track_width), np.float32(robot.wheel_radius)
+    two, half = np.float32(2), np.float32(0.5)
+    words = {
+        "name": name,
+        "linear": literal(mass * radius),
+        "angular": literal(two * inertia * radius / track),
+        "functions": "",
+        "speeds": "",
+        "friction_left": "",
+        "friction_right": "",
+        "unused": "  (void)v;\n  (void)omega;\n",
+    }
+    friction = [np.float32(number) for number in scenario.friction_feedforward]
+    if any(friction):
+        speed = literal(np.float32(scenario.friction_feedforward_speed))
+        of_wheels = template("friction.c").substitute(
+            viscous=literal(friction[0]), coulomb=literal(friction[1]), speed=speed
+        )
+        words |= {
+            "functions": f"{fragment('sigmoid.c')}\n{of_wheels}",
+            "speeds": f"  const float turn = omega * {literal(half * track)};\n"
+            f"  const float per_radius = {literal(np.float32(1) / radius)};\n",
+            "friction_left": " + friction_of((v + turn) * per_radius)",
+            "friction_right": " + friction_of((v - turn) * per_radius)",
+            "unused": "",
+        }
+    return {
+        "reference_torques": template("reference_torques.c").substitute(words),
+        "friction_words": " and the\n   friction of its wheels" if any(friction) else "",
+    }
+
+
 def hardware_texts(
     controller: Controller,
     scenario: Scenario,
@@ -64,6 +100,7 @@ def hardware_texts(
     one, two = np.float32(1), np.float32(2)
     words = {
         **c_tracking.hardware_words(controller),
+        **_reference_torques(name, scenario),
         "name": name,
         "name_reset": f"{name}_reset",
         "guard": name.upper(),

@@ -49,6 +49,12 @@ SCENARIO: Mapping[str, Mapping[str, Words]] = {
         "cost_weights": Words("Cost weights", "", "of position, heading and torque errors"),
         "noise_source": Words("Noise source", "", "of the draws"),
         "feedforward_limit": Words("Feedforward limit", "N m", "of a wheel's reference torque"),
+        "friction_feedforward": Words(
+            "Friction feedforward", "N m s/rad,N m", "viscous and Coulomb, of each wheel"
+        ),
+        "friction_feedforward_speed": Words(
+            "Friction feedforward speed", "rad/s", "wheel speed that smooths the Coulomb part"
+        ),
         "disturbance": Words("Disturbance", "N,N m", "forward force and moment"),
         "pose_noise": Words("Noise", "m,rad", "standard deviation of measured position, heading"),
         "delay": Words("Delay", "samples", "from measurement to applied torque"),

@@ -230,6 +230,14 @@ Knobs<Scenario> scenario_knobs() {
                           reckon_with(&Robot<double>::wheel_radius)};
   knobs["feedforward_limit"].turns = {[](S& s) { s.feedforward_limit = 1e-3; },
                                       [](S& s) { s.feedforward_limit = 2e-3; }};
+  knobs["friction_feedforward"].turns = {[](S& s) {
+                                           s.friction_feedforward = {0.01, 0};
+                                         },
+                                         [](S& s) {
+                                           s.friction_feedforward = {0, 0.05};
+                                         }};
+  knobs["friction_feedforward_speed"].turns = {[](S& s) { s.friction_feedforward_speed = 2; }};
+  knobs["friction_feedforward_speed"].given = [](S& s) { s.friction_feedforward = {0, 0.05}; };
   knobs["cost_weights"].turns = {[](S& s) {
                                    s.cost_weights = {2, 1, 1};
                                  },

@@ -12,7 +12,7 @@ from nfopidn import Controller, Robot, Scenario
 from nfopidn.commands.entry import main
 from test_export import COMPILERS, CONTROLLERS, STRICT, compiled, compiler
 
-SUBJECTS = {"held", "repeated", "start", "wheels", "velocities", "reference"}
+SUBJECTS = {"held", "repeated", "start", "wheels", "velocities", "reference", "torques"}
 ROBOT = {"mass": 9.5, "inertia": 0.41, "track_width": 0.39, "wheel_radius": 0.081}
 FILES = [f"eddie{part}.{kind}" for part in ("", "_hardware", "_reference") for kind in ("h", "c")]
 
@@ -52,6 +52,8 @@ def export(controller, folder, scenario):
     ],
 )
 def test_every_bit_is_the_librarys(name, lap, tmp_path, repository):
+    friction = (0.013, 0.11, 0.45) if name == "tuned" else (0.0, 0.0, 0.5)
+    lap = lap.replace(friction_feedforward=friction[:2], friction_feedforward_speed=friction[2])
     sources = [path for path in export(of_any_time(name), tmp_path, lap) if path.suffix == ".c"]
     nfopidn.export_cpp(of_any_time(name), tmp_path, scenario=lap, name="law", reference=True)
     for source in sources:
@@ -65,6 +67,7 @@ def test_every_bit_is_the_librarys(name, lap, tmp_path, repository):
             *("-I", tmp_path, f"-DSAMPLE_TIME={lap.trajectory.dt}F"),
             *(["-DREADS_TURN_RATE"] if CONTROLLERS[name].net == "speed-errors" else []),
             *(f"-DROBOT_{names[field]}={value}F" for field, value in ROBOT.items()),
+            "-DFRICTION=" + ",".join(f"{number}F" for number in friction),
             *(repository / "tests/py/compare_hardware.cpp", *tmp_path.glob("*.o"), "-o", program),
         ]
     )

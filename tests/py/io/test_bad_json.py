@@ -122,6 +122,8 @@ CHANGES = [
     ("scenario", ["feedforward"], 1, ["feedforward is 1", "true or false"]),
     ("scenario", ["feedforward_limit"], 0, ["feedforward_limit is 0", "[1e-06, 1e+06] N m"]),
     ("scenario", ["feedforward_limit"], "no", ['feedforward_limit is "no"', "a number"]),
+    ("scenario", ["friction_feedforward"], [0, -1], ["friction_feedforward[1] is -1", "N m"]),
+    ("scenario", ["friction_feedforward_speed"], 0, ["friction_feedforward_speed is 0", "rad/s"]),
     ("scenario", ["cost_weights"], [1, 0, 1], ["cost_weights[1] is 0", "[1e-06, 1e+06]"]),
     ("scenario", ["cost_weights"], [1, 1], ["cost_weights is [1,1]", "a list of 3 numbers"]),
     ("scenario", ["model"], [1, 2], ["model must be an object"]),

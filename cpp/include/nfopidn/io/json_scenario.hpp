@@ -241,6 +241,12 @@ NFOPIDN_HOST Json write_scenario(const Scenario& scenario) {
   // Documents without them are as they were before scenarios had them.
   if (!scenario.model) settings.erase("model");
   if (!scenario.feedforward_limit) settings.erase("feedforward_limit");
+  if (scenario.friction_feedforward == Scenario{}.friction_feedforward) {
+    settings.erase("friction_feedforward");
+  }
+  if (scenario.friction_feedforward_speed == Scenario{}.friction_feedforward_speed) {
+    settings.erase("friction_feedforward_speed");
+  }
   if (scenario.cost_weights == Scenario{}.cost_weights) settings.erase("cost_weights");
   if (scenario.noise_source == Scenario{}.noise_source) settings.erase("noise_source");
   document.update(settings);

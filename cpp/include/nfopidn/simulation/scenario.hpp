@@ -12,6 +12,7 @@
 #include "nfopidn/math/counter_noise.hpp"
 #include "nfopidn/math/random.hpp"
 #include "nfopidn/parallel/interruption.hpp"
+#include "nfopidn/plant/feedforward.hpp"
 #include "nfopidn/simulation/samples.hpp"
 
 namespace nfopidn {
@@ -40,6 +41,10 @@ struct Scenario {
   double torque_limit = 3.078;  // [N m]
   bool feedforward = true;
   std::optional<double> feedforward_limit;  // [N m]; none: the reference torques as they are
+  // Friction of each wheel that the reference torques make up for: viscous [N m s/rad], Coulomb
+  // [N m], and the wheel speed [rad/s] that smooths the latter at standstill.
+  std::array<double, 2> friction_feedforward = {0, 0};
+  double friction_feedforward_speed = FrictionFeedforward<double>{}.speed;
   Integrator integrator = Integrator::semi_implicit_euler;
   int substeps = 1;
   // Force [N] and moment [N m]: one pair for the whole run, or one a sample.
@@ -97,6 +102,12 @@ struct Scenario {
                 "true one"));
     visit(field("feedforward_limit", &S::feedforward_limit, "N m", between(1e-6, 1e6),
                 "limit of each wheel's reference torque; null (in words: none): no limit"));
+    visit(field("friction_feedforward", &S::friction_feedforward, "N m s/rad, N m", between(0, 1e3),
+                "viscous and Coulomb friction of each wheel that the reference torques make up "
+                "for"));
+    visit(field("friction_feedforward_speed", &S::friction_feedforward_speed, "rad/s",
+                between(1e-6, 1e6),
+                "wheel speed at which 76 % of the Coulomb friction are made up for"));
     visit(
         field("cost_weights", &S::cost_weights, "", between(1e-6, 1e6),
               "of the squares of position [m], heading [rad] and torque errors [N m] in the cost; "
@@ -133,8 +144,10 @@ namespace detail {
 // What is fed forward, and what eq. 41 compares the torque with.
 inline TorquePair<double> reference_torque(const Scenario& scenario, Eigen::Index k) {
   const Trajectory& t = scenario.trajectory;
-  TorquePair<double> torque =
-      inverse_dynamics(scenario.modelled_robot(), t.acceleration(k), t.turn_acceleration(k));
+  const std::array<double, 2>& friction = scenario.friction_feedforward;
+  TorquePair<double> torque = reference_torques(
+      scenario.modelled_robot(), {friction[0], friction[1], scenario.friction_feedforward_speed},
+      t.v(k), t.omega(k), t.acceleration(k), t.turn_acceleration(k));
   if (const std::optional<double>& limit = scenario.feedforward_limit) {
     torque.left = std::clamp(torque.left, -*limit, *limit);
     torque.right = std::clamp(torque.right, -*limit, *limit);
