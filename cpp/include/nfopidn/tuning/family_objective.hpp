@@ -146,23 +146,23 @@ NFOPIDN_HOST void FamilyObjective::costs_in_rounds(const Numbers& numbers, Eigen
   for (Eigen::Index j = 0; j < count; ++j) left[static_cast<std::size_t>(j)] = j;
   for (Eigen::Index before = scenario_count(); before > 0 && !left.empty();) {
     const auto size = static_cast<Eigen::Index>(left.size());
-    const Eigen::Index together = std::min(before, std::max<Eigen::Index>(1, runs_a_round / size));
-    before -= together;
+    const Eigen::Index round = std::min(before, std::max<Eigen::Index>(1, runs_a_round / size));
+    before -= round;
     const Numbers own = of_candidates(numbers, left, count);
-    Eigen::MatrixXd most(size, together), found(size, together);
+    Eigen::MatrixXd most(size, round), found(size, round);
     for (Eigen::Index i = 0; i < size; ++i) {
       const Eigen::Index j = left[static_cast<std::size_t>(i)];
-      for (Eigen::Index s = 0; s < together; ++s) {
+      for (Eigen::Index s = 0; s < round; ++s) {
         most(i, s) = family_.most_of_next(seen.col(j), bounds[j], before + s);
       }
     }
-    over_scenarios(together, size, candidates_together, [&](auto s, auto first, auto there) {
+    over_scenarios(round, size, candidates_together, [&](auto s, auto first, auto there) {
       run(own, before + s, first, there, found.col(s).data() + first, most.col(s).data() + first);
     });
     std::size_t kept = 0;
     for (Eigen::Index i = 0; i < size; ++i) {
       const Eigen::Index j = left[static_cast<std::size_t>(i)];
-      for (Eigen::Index s = 0; s < together; ++s) {
+      for (Eigen::Index s = 0; s < round; ++s) {
         seen(before + s, j) = family_.cap(before + s).seen(found(i, s));
       }
       if (!family_.is_surely_over(seen.col(j), bounds[j])) left[kept++] = j;

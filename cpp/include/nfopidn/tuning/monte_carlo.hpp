@@ -155,7 +155,7 @@ class MonteCarloRuns {
       for (std::ptrdiff_t i = 0; i < count; ++i) {
         owner_.scenarios_.apply(values + i * width, seeds[i], scenario_);
         if (setting_ != nullptr && runs_in_lanes(scenario_, *owner_.design_)) {
-          waiting_.push_back({scenario_.delay, costs + i, setting_->own(scenario_)});
+          waiting_.push_back({scenario_.delay, costs + i, LaneSetting::own(scenario_)});
         } else {
           costs[i] = owner_.evaluate_(scenario_);
         }
@@ -175,7 +175,7 @@ class MonteCarloRuns {
     // Lanes have one delay, and all or none of them viscous friction.
     void run_waiting() {
       const auto less = [](const Waiting& a, const Waiting& b) {
-        return a.delay != b.delay ? a.delay < b.delay : a.is_braked() < b.is_braked();
+        return a.delay != b.delay ? a.delay < b.delay : !a.is_braked() && b.is_braked();
       };
       std::stable_sort(waiting_.begin(), waiting_.end(), less);
       for (auto from = waiting_.begin(); from != waiting_.end();) {
@@ -224,7 +224,7 @@ NFOPIDN_HOST SimulationResult simulate_as_drawn(const Scenario& scenario,
         static_cast<detail::Recording*>(owner)->add(k, state, torque, feedback);
       },
       &recording};
-  const LaneRun own = setting.own(scenario);
+  const LaneRun own = LaneSetting::own(scenario);
   LoopResult<double> loop = {};
   setting.with_job(&own, 1, scenario.delay, &loop.cost, [&](MonteCarloJob job) {
     job.recorder = &recorder;
