@@ -142,16 +142,24 @@ inline void run_batch(const BatchJob& job) {
   });
 }
 
-// `count` vectors of directions at once, or `fewer` of them if that is enough.
-template <int width, int count, int fewer = (count + 1) / 2>
+// The directions from `first` on in as few of the counts of vectors as hold them, and of a run's
+// value one run; more than the last count holds are left. Returns the first of those.
+template <int width, int capacity, bool noisy, bool tracking, int count, int... more>
+inline int run_directions(const GradientJob& job, int first) {
+  if constexpr (sizeof...(more) > 0) {
+    if (job.directions - first > width * count) {
+      return run_directions<width, capacity, noisy, tracking, more...>(job, first);
+    }
+  }
+  run_dual<Lanes<width, count>, capacity, noisy, tracking>(job, first);
+  return first + width * count;
+}
+
+template <int width, int... counts>
 inline void run_gradient(const GradientJob& job) {
   with_loop(job.batch, [&](auto capacity, auto noisy, auto tracking) {
-    for (int first = 0; first < job.directions; first += width * count) {
-      if (job.directions - first <= width * fewer) {
-        run_dual<Lanes<width, fewer>, capacity(), noisy(), tracking()>(job, first);
-      } else {
-        run_dual<Lanes<width, count>, capacity(), noisy(), tracking()>(job, first);
-      }
+    for (int first = 0; first < job.directions;) {
+      first = run_directions<width, capacity(), noisy(), tracking(), counts...>(job, first);
     }
   });
 }

@@ -6,7 +6,7 @@ namespace nfopidn {
 
 void run_batch_avx2(const BatchJob& job) { run_batch<4, 4>(job); }
 
-void run_gradient_avx2(const GradientJob& job) { run_gradient<4, 3>(job); }
+void run_gradient_avx2(const GradientJob& job) { run_gradient<4, 2, 3>(job); }
 
 void run_rivals_avx2(const RivalJob& job) { run_rival_batch<4>(job); }
 

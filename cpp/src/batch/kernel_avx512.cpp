@@ -6,7 +6,7 @@ namespace nfopidn {
 
 void run_batch_avx512(const BatchJob& job) { run_batch<8, 4>(job); }
 
-void run_gradient_avx512(const GradientJob& job) { run_gradient<8, 2>(job); }
+void run_gradient_avx512(const GradientJob& job) { run_gradient<8, 1, 2, 3>(job); }
 
 void run_rivals_avx512(const RivalJob& job) { run_rival_batch<8>(job); }
 

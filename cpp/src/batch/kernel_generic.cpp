@@ -8,7 +8,7 @@ namespace nfopidn {
 
 void run_batch_generic(const BatchJob& job) { run_batch<2, 4>(job); }
 
-void run_gradient_generic(const GradientJob& job) { run_gradient<2, 6>(job); }
+void run_gradient_generic(const GradientJob& job) { run_gradient<2, 3, 6>(job); }
 
 void run_rivals_generic(const RivalJob& job) { run_rival_batch<2>(job); }
 

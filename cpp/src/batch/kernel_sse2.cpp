@@ -8,7 +8,7 @@ namespace nfopidn {
 
 void run_batch_sse2(const BatchJob& job) { run_batch<2, 4, 4>(job); }
 
-void run_gradient_sse2(const GradientJob& job) { run_gradient<2, 6, 6>(job); }
+void run_gradient_sse2(const GradientJob& job) { run_gradient<2, 6>(job); }
 
 void run_rivals_sse2(const RivalJob& job) { run_rival_batch<2>(job); }
 

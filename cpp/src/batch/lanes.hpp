@@ -28,6 +28,11 @@ struct LaneMask {
     for (int i = 0; i < count; ++i) result.part[i] = a.part[i] & b.part[i];
     return result;
   }
+  NFOPIDN_INLINE friend LaneMask operator~(const LaneMask& a) {
+    LaneMask result;
+    for (int i = 0; i < count; ++i) result.part[i] = ~a.part[i];
+    return result;
+  }
   NFOPIDN_INLINE friend LaneMask operator|(const LaneMask& a, const LaneMask& b) {
     LaneMask result;
     for (int i = 0; i < count; ++i) result.part[i] = a.part[i] | b.part[i];

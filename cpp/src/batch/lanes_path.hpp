@@ -9,7 +9,7 @@
 // depends on the neighbours.
 #pragma once
 
-#include "lanes_math.hpp"
+#include "lanes_relaxation.hpp"
 #include "nfopidn/plant/exponential_motion.hpp"
 
 namespace nfopidn {
@@ -153,24 +153,25 @@ struct Wide {
 
 template <class V>
 using Motion = exact::ExponentialMotion<V, double>;
+// With rates of each lane's own.
+template <class V>
+using BrakedMotion = exact::ExponentialMotion<V, V>;
 
 template <class V>
 struct Travel {
   using M = math<V>;
 
   // By quadrature, whatever the angles. No time is longer than `longest`.
-  NFOPIDN_NOINLINE static Displacement<V> by_quadrature(const Motion<V>& motion, const V& time,
-                                                        double longest) {
+  template <class Rate>
+  NFOPIDN_NOINLINE static Displacement<V> by_quadrature(
+      const exact::ExponentialMotion<V, Rate>& motion, const V& time, double longest) {
     using Rule = exact::Quadrature<double>;
-    const int slow = exact::halvings(motion.rate * longest);
-    const int slow_turn = exact::halvings(motion.turn_rate * longest);
-    const auto linear = [&](const V& t) { return exact::decay(motion.rate, t, slow); };
-    const auto angular = [&](const V& t) { return exact::decay(motion.turn_rate, t, slow_turn); };
+    const Relaxation<V, Rate> linear(motion.rate, longest);
+    const Relaxation<V, Rate> angular(motion.turn_rate, longest);
     const exact::Decay<V> all = angular(time);
     const V last_omega = motion.omega + motion.turn_acceleration * all.phi;
-    const double rate = motion.rate > motion.turn_rate ? motion.rate : motion.turn_rate;
     const V turned = (magnitude(motion.omega) + magnitude(last_omega)) * time;
-    const V wanted = M::maximum(turned, time * rate) * 0.5;
+    const V wanted = M::maximum(turned, time * larger(motion.rate, motion.turn_rate)) * 0.5;
     const V panels = M::minimum(M::maximum(M::nearest(wanted + 0.5), V(1.0)), V(exact::max_panels));
     const V half = time * 0.5 / panels;
     V along(0.0), across(0.0);
@@ -259,6 +260,8 @@ struct Travel {
   }
 
   NFOPIDN_INLINE static V magnitude(const V& a) { return M::maximum(a, a * -1.0); }
+  NFOPIDN_INLINE static V larger(const V& a, const V& b) { return M::maximum(a, b); }
+  NFOPIDN_INLINE static double larger(double a, double b) { return a > b ? a : b; }
 };
 
 }  // namespace lanes

@@ -57,8 +57,7 @@ TEST(RivalLanes, CostWhatSingleRunsCost) {
     for (const RivalDesign& design : designs()) {
       const Points points = around(design.parameters, 11);
       const auto size = static_cast<int>(points.rows());
-      EXPECT_EQ(RivalEvaluator(scenario, design).has_lanes(),
-                lane_law(design.law).has_value() && moves_in_lanes(scenario));
+      EXPECT_EQ(RivalEvaluator(scenario, design).has_lanes(), lane_law(design.law).has_value());
       RivalObjective objective({&scenario}, design, FreeParameters::all(design.parameters.size()),
                                size, 1, 2);
       Eigen::VectorXd costs(points.cols());

@@ -138,18 +138,12 @@ TEST(Batch, AgreesWithTheExactIntegrator) {
   expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, friction, noise");
 }
 
-TEST(Batch, RunsBothKindsOfFrictionOneByOneWhereTheMotionIsExact) {
+TEST(Batch, AgreesWithBothKindsOfFrictionWhereTheMotionIsExact) {
   Scenario scenario = Scenario::published();
   scenario.integrator = Integrator::exact;
   scenario.viscous_friction = 0.01;
   scenario.coulomb_friction = 0.02;
-  const Candidates candidates = make_candidates({}, 5, 0.1);
-  const BatchEvaluator evaluator(prepare(scenario), {});
-  std::vector<double> costs(5);
-  evaluator.costs_of_laws(candidates.taps.data(), 5, costs.data());
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    EXPECT_EQ(costs[i], evaluate(evaluator.run(), candidates.settings[i]));
-  }
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, both frictions");
 }
 
 void expect_gradient(const Scenario& scenario, const ControllerSettings<double>& structure,

@@ -12,9 +12,11 @@ struct Step {
   TorquePair<double> torque[Wide::size];
 };
 
-std::array<State<double>, Wide::size> moved_together(const DifferentialDrive<double>& plant,
-                                                     const Disturbance<double>& outside,
-                                                     const Step& step) {
+using States = std::array<State<double>, Wide::size>;
+
+template <class Number>
+States moved_together(const DifferentialDrive<Number>& plant, const Disturbance<Number>& outside,
+                      const Step& step) {
   State<Wide> state;
   TorquePair<Wide> torque;
   for (int lane = 0; lane < Wide::size; ++lane) {
@@ -28,7 +30,7 @@ std::array<State<double>, Wide::size> moved_together(const DifferentialDrive<dou
     torque.right.set(lane, step.torque[lane].right);
   }
   plant.advance(state, math<Wide>::heading(state.theta), torque, &outside);
-  std::array<State<double>, Wide::size> result;
+  States result;
   for (int lane = 0; lane < Wide::size; ++lane) {
     result[static_cast<std::size_t>(lane)] = {state.x.get(lane), state.y.get(lane),
                                               state.theta.get(lane), state.v.get(lane),
@@ -69,6 +71,10 @@ constexpr Case cases[] = {
     {"friction", 0, 0.1, 0.5, 2, 0.3},
     {"much friction", 0, 0.6, 0.1, 0.5, 0.7},
     {"friction, spinning", 0, 0.2, 1, 40, 3},
+    {"both frictions", 0.02, 0.1, 0.5, 2, 0.3},
+    {"much of both", 0.1, 0.6, 0.1, 0.5, 0.7},
+    {"both, spinning", 0.02, 0.2, 1, 40, 3},
+    {"relaxing at once", 4, 0.3, 0.5, 2, 2},
 };
 
 template <class Check>
@@ -114,13 +120,86 @@ TEST(LanesMotion, DoesNotDependOnTheNeighbours) {
   });
 }
 
+// A robot, friction and a disturbance a lane.
+struct OwnRobots {
+  Robot<double> robot[Wide::size];
+  Friction<double> friction[Wide::size];
+  Disturbance<double> outside[Wide::size];
+
+  OwnRobots(Draws& draw, const Case& one) {
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      const auto kind = static_cast<std::size_t>(draw.between(0, 3));
+      robot[lane] = some_robots()[std::min<std::size_t>(kind, 2)];
+      robot[lane].mass *= draw.between(0.8, 1.2);
+      // Some lanes slide freely; with viscous friction are all, or none.
+      const double share = draw.between(0, 1) < 0.3 ? 0 : draw.between(0.5, 1);
+      friction[lane] = {one.viscous * draw.between(0.5, 1), one.coulomb * share};
+      outside[lane] = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
+    }
+  }
+
+  States moved(const Step& step, double dt, int substeps) const {
+    Robot<Wide> robots;
+    Friction<Wide> frictions;
+    Disturbance<Wide> disturbances;
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      robots.mass.set(lane, robot[lane].mass);
+      robots.inertia.set(lane, robot[lane].inertia);
+      robots.track_width.set(lane, robot[lane].track_width);
+      robots.wheel_radius.set(lane, robot[lane].wheel_radius);
+      frictions.viscous.set(lane, friction[lane].viscous);
+      frictions.coulomb.set(lane, friction[lane].coulomb);
+      disturbances.force.set(lane, outside[lane].force);
+      disturbances.moment.set(lane, outside[lane].moment);
+    }
+    const DifferentialDrive<Wide> plant(robots, frictions, Integrator::exact, dt, substeps);
+    return moved_together(plant, disturbances, step);
+  }
+};
+
+TEST(LanesMotion, OfARobotEachIsThatOfASingleNumber) {
+  Draws draw(32);
+  int some_stop = 0;
+  for (const Case& one : cases) {
+    for (int i = 0; i < 600; ++i) {
+      const double dt = i % 5 == 0 ? 0.02 : 0.2;
+      const int substeps = i % 7 == 0 ? 3 : 1;
+      const OwnRobots own(draw, one);
+      const Step step = random_step(draw, own.robot[0], one.speed, one.turning, one.torque);
+      const States together = own.moved(step, dt, substeps);
+      int stops = 0;
+      for (int lane = 0; lane < Wide::size; ++lane) {
+        const DifferentialDrive<double> plant(own.robot[lane], own.friction[lane],
+                                              Integrator::exact, dt, substeps);
+        State<double> alone = step.state[lane];
+        plant.advance(alone, math<double>::heading(alone.theta), step.torque[lane],
+                      &own.outside[lane]);
+        ASSERT_LE(largest_difference(together[static_cast<std::size_t>(lane)], alone), 1e-12)
+            << one.what;
+        if (own.friction[lane].coulomb > 0 && alone.v * step.state[lane].v < 0) ++stops;
+      }
+      some_stop += stops > 0 && stops < Wide::size ? 1 : 0;
+      OwnRobots other(draw, one);
+      other.robot[2] = own.robot[2];
+      other.friction[2] = own.friction[2];
+      other.outside[2] = own.outside[2];
+      Step beside = random_step(draw, own.robot[0], 3, draw.between(0, 30), 3);
+      beside.state[2] = step.state[2];
+      beside.torque[2] = step.torque[2];
+      ASSERT_EQ(largest_difference(other.moved(beside, dt, substeps)[2], together[2]), 0)
+          << one.what;
+    }
+  }
+  EXPECT_GT(some_stop, 300);
+}
+
 // However fast a lane spins, its step ends, and is no longer than its way.
 TEST(LanesMotion, EndsWhateverTheSpin) {
   const DifferentialDrive<double> plant(Robot<double>::eddie(), {0, 0}, Integrator::exact, 0.2, 1);
   for (const double omega : {1e3, 1e5, 1e9, 1e200}) {
     Step step = {};
     step.state[1] = {0, 0, 0, 1, omega};
-    const auto end = moved_together(plant, {0, 0}, step);
+    const auto end = moved_together<double>(plant, {0, 0}, step);
     EXPECT_LE(std::hypot(end[1].x, end[1].y), 0.2001) << omega;
     EXPECT_EQ(end[0].x, 0);
   }

@@ -179,10 +179,27 @@ TEST(MonteCarlo, RunsTheExactIntegratorInLanesWithoutFriction) {
   expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, noise");
 }
 
-// Friction of the exact integrator, longer memories and other paths.
+TEST(MonteCarlo, RunsTheExactIntegratorInLanesWithFriction) {
+  Scenario scenario = Scenario::published();
+  scenario.integrator = Integrator::exact;
+  auto bounds = robot_bounds;
+  bounds.push_back({"coulomb_friction", {0, 0.02}});
+  expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, Coulomb friction");
+  bounds = robot_bounds;
+  bounds.insert(
+      bounds.end(),
+      {{"viscous_friction", {0, 0.002}}, {"coulomb_friction", {0, 0.02}}, {"delay", {0, 2}}});
+  expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, both frictions");
+  // Some with viscous friction and some without, which meet in no lanes.
+  Drawn mixed = draw(bounds, 33);
+  for (std::size_t i = 0; i < mixed.values.size(); i += 2 * mixed.names.size()) {
+    mixed.values[i + mixed.names.size() - 3] = 0;
+  }
+  expect_as_one_by_one(scenario, steady(), mixed, "exact, mixed");
+}
+
+// Longer memories and other paths.
 TEST(MonteCarlo, RunsTheRestOneByOne) {
-  Scenario exact = Scenario::published();
-  exact.integrator = Integrator::exact;
   Scenario sampled = Scenario::published();
   sampled.disturbance.assign(static_cast<std::size_t>(sampled.trajectory.size()), {0.1, 0.01});
   ControllerDesign longer = steady();
@@ -207,7 +224,6 @@ TEST(MonteCarlo, RunsTheRestOneByOne) {
           << what;
     }
   };
-  expect_equal(exact, steady(), with("coulomb_friction", 0.01, 0.02), "exact, friction");
   expect_equal(sampled, steady(), with("heading_noise", 0, 0.003), "disturbance by the sample");
   expect_equal(Scenario::published(), longer, with("heading_noise", 0, 0.003), "memory 6");
   expect_equal(free_start, steady(), with("path_scale", 0.9, 1.1), "scale");

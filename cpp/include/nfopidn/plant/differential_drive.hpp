@@ -59,12 +59,8 @@ class DifferentialDrive {
       const Scalar angular = acceleration_.angular(torque, acting);
       // Moved in a copy: the caller's state never leaves its registers.
       State<Scalar> moved = state;
-      if constexpr (traits::is_same<Number, Base>) {
-        ExactMotion<Scalar>::advance(acceleration_, friction_, step_, substeps_, linear, angular,
-                                     heading, moved);
-      } else {
-        ExactMotion<Scalar>::glide(step_, substeps_, linear, angular, heading, moved);
-      }
+      ExactMotion<Scalar>::advance(acceleration_, friction_, step_, substeps_, linear, angular,
+                                   heading, moved);
       state = moved;
     }
   }

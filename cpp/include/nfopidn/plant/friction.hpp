@@ -45,6 +45,18 @@ struct FrictionCoefficients {
     own = forward + turning;
     other = forward - turning;
   }
+
+  // Those of some of the robots that a Number of many holds: `pick` gives their part of a number.
+  template <class Many, class Pick>
+  constexpr FrictionCoefficients(const FrictionCoefficients<Many>& all, const Pick& pick)
+      : linear_rate(pick(all.linear_rate)),
+        angular_rate(pick(all.angular_rate)),
+        viscous(pick(all.viscous)),
+        coulomb(pick(all.coulomb)),
+        own(pick(all.own)),
+        other(pick(all.other)),
+        half_track(pick(all.half_track)),
+        wheel_radius(pick(all.wheel_radius)) {}
 };
 
 // The friction f of both wheels, each within +-limit, that brings `motion` + M f as near to zero as

@@ -25,21 +25,27 @@ NFOPIDN_INLINE constexpr int halvings(Base product) {
   return count;
 }
 
-// By its value at a time 2^halvings sooner. `User` is for whom it is compiled: code for different
-// instruction sets must not share it.
+// The same as shares of t and t^2, so that they depend on x = k t alone: e^-x, (1 - e^-x)/x and
+// (x - 1 + e^-x)/x^2 by their series, |x| <= 1/2. `User` is for whom it is compiled: code for
+// different instruction sets must not share it.
 template <class Scalar, class Base, class User = Scalar>
-constexpr Decay<Scalar> decay(Base rate, const Scalar& time, int halvings) {
-  if (rate == Base(0)) return {Scalar(Base(1)), time, time * time * Base(0.5)};
-  Scalar x = time * rate;
-  for (int i = 0; i < halvings; ++i) x = x * Base(0.5);
-  // (1 - e^-x)/x and (x - 1 + e^-x)/x^2 by their series, |x| <= 1/2.
+constexpr Decay<Scalar> decay_shares(const Scalar& x) {
   Scalar first = Scalar(Base(0));
   Scalar second = Scalar(Base(0));
   for (int n = 14; n >= 1; --n) {
     first = (Scalar(Base(1)) - first * x) * (Base(1) / Base(n));
     second = (Scalar(Base(1)) - second * x) * (Base(1) / Base(n + 1));
   }
-  Scalar left = Scalar(Base(1)) - x * first;
+  return {Scalar(Base(1)) - x * first, first, second};
+}
+
+// By its value at a time 2^halvings sooner.
+template <class Scalar, class Base, class User = Scalar>
+constexpr Decay<Scalar> decay(Base rate, const Scalar& time, int halvings) {
+  if (rate == Base(0)) return {Scalar(Base(1)), time, time * time * Base(0.5)};
+  Scalar x = time * rate;
+  for (int i = 0; i < halvings; ++i) x = x * Base(0.5);
+  auto [left, first, second] = decay_shares<Scalar, Base, User>(x);
   for (int i = 0; i < halvings; ++i) {
     first = first * (Scalar(Base(1)) + left) * Base(0.5);
     left = left * left;

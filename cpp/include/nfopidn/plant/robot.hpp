@@ -78,6 +78,14 @@ struct Acceleration {
         inverse_mass(Base(1) / robot.mass),
         inverse_inertia(Base(1) / robot.inertia) {}
 
+  // Those of some of the robots that a Number of many holds: `pick` gives their part of a number.
+  template <class Many, class Pick>
+  constexpr Acceleration(const Acceleration<Many>& all, const Pick& pick)
+      : drive(pick(all.drive)),
+        steer(pick(all.steer)),
+        inverse_mass(pick(all.inverse_mass)),
+        inverse_inertia(pick(all.inverse_inertia)) {}
+
   template <class Scalar>
   constexpr Scalar linear(const TorquePair<Scalar>& torque,
                           const Disturbance<Number>& outside) const {

@@ -117,7 +117,6 @@ NFOPIDN_HOST void RivalEvaluator::set_instruction_set(InstructionSet set) {
   const std::optional<LaneLaw> law = lane_law(design_.law);
   if (!law || (*law == LaneLaw::lqr && table_size() > most_table_entries)) return;
   kernels_ = batch_kernels(set);
-  if (!moves_in_lanes(*run_.scenario)) kernels_.rival_costs = nullptr;
 }
 
 NFOPIDN_HOST void RivalEvaluator::costs(const std::vector<double>& numbers, int first,

@@ -64,9 +64,9 @@ class BfoaPlus {
     // Half of them drawn towards the lower corner.
     for (Eigen::Index k = 1; k < count; k += 2) points.col(k) = points.col(k).array().cube();
     if (search_.start.size() != 0) surround(search_.box().to_unit(search_.start), points);
-    const Eigen::VectorXd costs = search_.evaluate(points);
-    const std::vector<Eigen::Index> order = ranking(costs);
     const Eigen::Index cells = std::min<Eigen::Index>(wanted_cells(), count);
+    const Eigen::VectorXd costs = search_.evaluate_least(points, cells);
+    const std::vector<Eigen::Index> order = ranking(costs);
     cells_.resize(p, cells);
     costs_.resize(cells);
     for (Eigen::Index k = 0; k < cells; ++k) {
@@ -257,7 +257,7 @@ class BfoaPlus {
     for (Eigen::Index k = 0; k < points.cols(); ++k) {
       points.col(k) = random_point(search_.random, search_.dimension());
     }
-    return points.col(place_of_least(search_.evaluate(points)));
+    return points.col(place_of_least(search_.evaluate_least(points, 1)));
   }
 
   Point near_best(double size) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -133,6 +134,28 @@ class SearchSession {
         break;
       }
     }
+  }
+
+  // Costs of unit points of which only the `wanted` least are of interest: the others have some
+  // cost over these.
+  Eigen::VectorXd evaluate_least(const Eigen::Ref<const Points>& unit, Eigen::Index wanted) {
+    if (!objective_.is_cheap()) return evaluate(unit);
+    constexpr Eigen::Index fewest = 8;  // with the widest instructions
+    Eigen::VectorXd costs(unit.cols()), part;
+    for (Eigen::Index first = 0; first < unit.cols(); first += part.size()) {
+      const Eigen::Index most = std::max({wanted, fewest, first});
+      const Eigen::Index size = std::min(most, unit.cols() - first);
+      const bool bounded = first >= wanted;
+      Eigen::VectorXd bounds;
+      if (bounded) {
+        Eigen::VectorXd known = costs.head(first);
+        std::nth_element(known.begin(), known.begin() + (wanted - 1), known.end());
+        bounds.setConstant(size, known(wanted - 1));
+      }
+      evaluate(unit.middleCols(first, size), part, bounded ? &bounds : nullptr);
+      costs.segment(first, size) = part;
+    }
+    return costs;
   }
 
   // Costs without counting: for points that may turn out not to be wanted. count() those that are.

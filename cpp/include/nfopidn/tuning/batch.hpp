@@ -41,16 +41,8 @@ BatchKernels batch_kernels(InstructionSet set) noexcept;
 // One run with its samples, to the same bits as in lanes of any instruction set.
 void record_lane_run(const MonteCarloJob& job);
 
-// Whether the lanes can move the robot. The events of the exact motion with both frictions have no
-// closed form, which the lanes need.
-inline bool moves_in_lanes(const Scenario& scenario) {
-  return scenario.integrator != Integrator::exact || scenario.viscous_friction == 0 ||
-         scenario.coulomb_friction == 0;
-}
-
 // One scenario and structure, many candidates. The costs are the same to the last bit on every
-// instruction set and in any company. Memories beyond 32 run one candidate at a time, and so do
-// scenarios with the exact integrator and both viscous and Coulomb friction.
+// instruction set and in any company. Memories beyond 32 run one candidate at a time.
 class BatchEvaluator {
  public:
   // The scenario behind `run` must outlive this.
@@ -136,7 +128,6 @@ NFOPIDN_HOST BatchEvaluator::BatchEvaluator(PreparedRun run,
 
 NFOPIDN_HOST void BatchEvaluator::set_instruction_set(InstructionSet set) {
   kernels_ = tap_count() <= batch_capacity ? batch_kernels(set) : BatchKernels{};
-  if (!moves_in_lanes(*run_.scenario)) kernels_.costs = nullptr;
 }
 
 NFOPIDN_HOST void BatchEvaluator::costs_of_laws(const double* laws, int candidates, double* costs,

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "nfopidn/math/ordered_sums.hpp"
 #include "nfopidn/search/objective.hpp"
 #include "nfopidn/search/ranking.hpp"
 #include "nfopidn/simulation/scenario.hpp"
@@ -59,6 +60,17 @@ inline Eigen::VectorXd worst_share_weights(const Eigen::VectorXd& costs, double 
   return weight;
 }
 
+// The sum of the largest `amount` of the costs, of the last of them a part.
+inline double sum_of_worst(const Eigen::VectorXd& costs, double amount) {
+  double sum = 0;
+  const std::vector<Eigen::Index> order = ranking(costs);
+  for (auto place = order.rbegin(); place != order.rend() && amount > 0; ++place) {
+    sum += std::min(amount, 1.0) * costs(*place);
+    amount -= 1;
+  }
+  return sum;
+}
+
 // The mean of the worst `share` of the scenarios' costs (the conditional value at risk), so that 1
 // is the mean and 0 the worst case.
 struct FamilyCost {
@@ -77,11 +89,29 @@ struct FamilyCost {
   double worst(Eigen::Index scenarios) const {
     return std::max(share * static_cast<double>(scenarios), 1.0);
   }
+  // The cost of one that they are. Of some of them, with 0 for the others, a bound from below.
+  double of_seen(const Eigen::VectorXd& seen) const {
+    return dot(seen, worst_share_weights(seen, share));
+  }
+  // What the next scenario's cost may be as it is, with these seen and 0 for those still to come,
+  // so that the family's stays within `bound`: more is surely too much.
+  double most_of_next(const Eigen::VectorXd& seen, double bound, Eigen::Index next) const {
+    const double amount = worst(seen.size());
+    const double rest = spared(bound) * amount - sum_of_worst(seen, amount - 1);
+    return cap(next).unseen(std::max(rest, 0.0));
+  }
+  bool is_surely_over(const Eigen::VectorXd& seen, double bound) const {
+    return of_seen(seen) > spared(bound);
+  }
   // Costs as they count, in the place of costs as they are.
   void see(Eigen::VectorXd& costs) const {
     if (caps.empty()) return;
     for (Eigen::Index i = 0; i < costs.size(); ++i) costs(i) = cap(i).seen(costs(i));
   }
+
+ private:
+  // A bound beyond which no rounding brings a cost that is within it.
+  static double spared(double bound) { return bound * (1 + 1e-9); }
 };
 
 }  // namespace nfopidn

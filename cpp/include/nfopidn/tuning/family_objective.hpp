@@ -66,11 +66,11 @@ class FamilyObjective : public Objective {
   Eigen::Index dimension() const { return dimension_; }
 
  private:
-  // Calls run(scenario, first, count) until each scenario has all of `size` things, which are
-  // shared out in pieces of `together`.
+  // Calls run(scenario, first, count) until each of the first scenarios has all of `size` things,
+  // which are shared out in pieces of `together`.
   template <class Run>
-  void over_scenarios(std::ptrdiff_t size, std::ptrdiff_t together, const Run& run) {
-    const std::ptrdiff_t scenarios = scenario_count();
+  void over_scenarios(std::ptrdiff_t scenarios, std::ptrdiff_t size, std::ptrdiff_t together,
+                      const Run& run) {
     pool_.for_each_share(scenarios * size, together,
                          [&](std::ptrdiff_t first, std::ptrdiff_t count) {
                            while (count > 0) {
@@ -83,9 +83,14 @@ class FamilyObjective : public Objective {
                          });
   }
 
-  // costs: [scenarios][count], bounds: [count], those of the next scenario `stride` further.
-  void share_out_costs(const Numbers& numbers, Eigen::Index count, const double* bounds,
-                       Eigen::Index stride, double* costs);
+  // A few scenarios at a time, and only for candidates that may still keep their bounds. The rounds
+  // depend on costs alone, so that no number of threads changes a bit.
+  void costs_in_rounds(const Numbers& numbers, Eigen::Index count, const double* bounds,
+                       double* costs);
+  static Numbers of_candidates(const Numbers& numbers, const std::vector<Eigen::Index>& chosen,
+                               Eigen::Index count);
+
+  static constexpr int candidates_together = 8;  // with the widest instructions
 
   Eigen::Index dimension_;
   FamilyCost family_;
@@ -115,33 +120,72 @@ NFOPIDN_HOST void FamilyObjective::bounded_costs(const Points& points, const dou
   const Numbers numbers = numbers_of(points);
   const Eigen::Index count = points.cols();
   const Eigen::Index scenarios = scenario_count();
-  if (scenarios == 1 && family_.caps.empty()) {
-    share_out_costs(numbers, count, bounds, 0, costs);
+  if (bounds != nullptr && (scenarios > 1 || !family_.caps.empty())) {
+    costs_in_rounds(numbers, count, bounds, costs);
     return;
   }
-  Eigen::MatrixXd each_bound;
-  if (bounds != nullptr) {
-    const Eigen::VectorXd most =
-        Eigen::Map<const Eigen::VectorXd>(bounds, count) * family_.worst(scenarios);
-    if (family_.caps.empty()) {
-      each_bound = most;  // one column for all scenarios
-    } else {
-      each_bound.resize(count, scenarios);
-      for (Eigen::Index i = 0; i < scenarios; ++i) {
-        for (Eigen::Index j = 0; j < count; ++j) {
-          each_bound(j, i) = family_.cap(i).unseen(most(j));
-        }
-      }
-    }
-  }
   Eigen::MatrixXd each(count, scenarios);
-  share_out_costs(numbers, count, bounds != nullptr ? each_bound.data() : nullptr,
-                  each_bound.cols() > 1 ? count : 0, each.data());
+  over_scenarios(scenarios, count, candidates_together, [&](auto scenario, auto first, auto there) {
+    run(numbers, scenario, first, there, each.col(scenario).data() + first,
+        bounds == nullptr ? nullptr : bounds + first);
+  });
   for (Eigen::Index j = 0; j < count; ++j) {
     Eigen::VectorXd row = each.row(j);
     family_.see(row);
-    costs[j] = dot(row, worst_share_weights(row, family_.share));
+    costs[j] = scenarios == 1 && family_.caps.empty() ? row(0) : family_.of_seen(row);
   }
+}
+
+// From the last scenario to the first: families list what is hardest, the corners, last, and that
+// is where most candidates fail.
+NFOPIDN_HOST void FamilyObjective::costs_in_rounds(const Numbers& numbers, Eigen::Index count,
+                                                   const double* bounds, double* costs) {
+  constexpr Eigen::Index runs_a_round = 32;  // fill the lanes, or several threads
+  Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(scenario_count(), count);
+  std::vector<Eigen::Index> left(static_cast<std::size_t>(count));
+  for (Eigen::Index j = 0; j < count; ++j) left[static_cast<std::size_t>(j)] = j;
+  for (Eigen::Index before = scenario_count(); before > 0 && !left.empty();) {
+    const auto size = static_cast<Eigen::Index>(left.size());
+    const Eigen::Index together = std::min(before, std::max<Eigen::Index>(1, runs_a_round / size));
+    before -= together;
+    const Numbers own = of_candidates(numbers, left, count);
+    Eigen::MatrixXd most(size, together), found(size, together);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const Eigen::Index j = left[static_cast<std::size_t>(i)];
+      for (Eigen::Index s = 0; s < together; ++s) {
+        most(i, s) = family_.most_of_next(seen.col(j), bounds[j], before + s);
+      }
+    }
+    over_scenarios(together, size, candidates_together, [&](auto s, auto first, auto there) {
+      run(own, before + s, first, there, found.col(s).data() + first, most.col(s).data() + first);
+    });
+    std::size_t kept = 0;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const Eigen::Index j = left[static_cast<std::size_t>(i)];
+      for (Eigen::Index s = 0; s < together; ++s) {
+        seen(before + s, j) = family_.cap(before + s).seen(found(i, s));
+      }
+      if (!family_.is_surely_over(seen.col(j), bounds[j])) left[kept++] = j;
+    }
+    left.resize(kept);
+  }
+  for (Eigen::Index j = 0; j < count; ++j) costs[j] = family_.of_seen(seen.col(j));
+}
+
+// Each list has the same number of numbers a candidate.
+NFOPIDN_HOST FamilyObjective::Numbers FamilyObjective::of_candidates(
+    const Numbers& numbers, const std::vector<Eigen::Index>& chosen, Eigen::Index count) {
+  if (static_cast<Eigen::Index>(chosen.size()) == count) return numbers;
+  Numbers some;
+  for (const std::vector<double>& list : numbers) {
+    const auto width = static_cast<std::ptrdiff_t>(list.size()) / count;
+    some.emplace_back();
+    for (const Eigen::Index j : chosen) {
+      some.back().insert(some.back().end(), list.begin() + j * width,
+                         list.begin() + (j + 1) * width);
+    }
+  }
+  return some;
 }
 
 NFOPIDN_HOST double FamilyObjective::partials(const Point& point, Eigen::Index first,
@@ -152,7 +196,7 @@ NFOPIDN_HOST double FamilyObjective::partials(const Point& point, Eigen::Index f
   Eigen::VectorXd each(scenarios);
   Eigen::MatrixXd each_slopes(count, scenarios);
   constexpr int together = 16;  // directions that take hardly longer than half of them
-  over_scenarios(count, together, [&](auto scenario, auto from, auto there) {
+  over_scenarios(scenarios, count, together, [&](auto scenario, auto from, auto there) {
     const double cost =
         differentiate(numbers, scenario, from, there, each_slopes.col(scenario).data() + from);
     if (from == 0) each(scenario) = cost;
@@ -166,16 +210,6 @@ NFOPIDN_HOST double FamilyObjective::partials(const Point& point, Eigen::Index f
   const Eigen::VectorXd weight = worst_share_weights(each, family_.share);
   Eigen::Map<Eigen::VectorXd>(slopes, count) = product(each_slopes, weight);
   return dot(each, weight);
-}
-
-NFOPIDN_HOST void FamilyObjective::share_out_costs(const Numbers& numbers, Eigen::Index count,
-                                                   const double* bounds, Eigen::Index stride,
-                                                   double* costs) {
-  constexpr int together = 8;  // candidates, with the widest instructions
-  over_scenarios(count, together, [&](auto scenario, auto first, auto there) {
-    run(numbers, scenario, first, there, costs + scenario * count + first,
-        bounds == nullptr ? nullptr : bounds + scenario * stride + first);
-  });
 }
 
 }  // namespace nfopidn

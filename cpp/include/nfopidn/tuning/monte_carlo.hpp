@@ -37,13 +37,10 @@ inline std::vector<double> lane_law_of(const ControllerDesign& design) {
   return numbers;
 }
 
-// Whether lanes can run it: memory up to 5, no disturbance by the sample, and no friction where the
-// integrator is the exact one.
+// Whether lanes can run it: memory up to 5, and no disturbance by the sample.
 inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
   if (design.memory.is_long() || design.memory + 2 > small_capacity) return false;
-  if (scenario.disturbance.size() != 1) return false;
-  return scenario.integrator != Integrator::exact ||
-         (scenario.viscous_friction == 0 && scenario.coulomb_friction == 0);
+  return scenario.disturbance.size() == 1;
 }
 
 // What runs in lanes have in common: the path, and a controller.
@@ -171,11 +168,15 @@ class MonteCarloRuns {
       int delay;
       double* cost;
       LaneRun run;
+
+      bool is_braked() const { return run.friction.viscous > 0; }
     };
 
-    // Lanes have one delay.
+    // Lanes have one delay, and all or none of them viscous friction.
     void run_waiting() {
-      const auto less = [](const Waiting& a, const Waiting& b) { return a.delay < b.delay; };
+      const auto less = [](const Waiting& a, const Waiting& b) {
+        return a.delay != b.delay ? a.delay < b.delay : a.is_braked() < b.is_braked();
+      };
       std::stable_sort(waiting_.begin(), waiting_.end(), less);
       for (auto from = waiting_.begin(); from != waiting_.end();) {
         const auto until = std::upper_bound(from, waiting_.end(), *from, less);

@@ -37,7 +37,7 @@ struct MonteCarloJob {
   Integrator integrator;
   double sample_time;
   int substeps;
-  const LaneRun* runs;
+  const LaneRun* runs;  // with viscous friction all, or none of them
   int count;
   double* costs;  // [count]
   Poll poll;
