@@ -41,6 +41,22 @@ NFOPIDN_INLINE constexpr Measurement<Scalar> with_noise(const Measurement<Scalar
   return measured;
 }
 
+// Whether a plant tells what it can give of a torque, and a law wants to know.
+template <class Plant, class Scalar, class = void>
+constexpr bool tells_available = false;
+template <class Plant, class Scalar>
+constexpr bool tells_available<
+    Plant, Scalar,
+    traits::void_t<decltype(traits::declval<const Plant&>().available(
+        traits::declval<State<Scalar>>(), traits::declval<TorquePair<Scalar>>()))>> = true;
+template <class Law, class Scalar, class = void>
+constexpr bool learns_available = false;
+template <class Law, class Scalar>
+constexpr bool learns_available<
+    Law, Scalar,
+    traits::void_t<decltype(traits::declval<Law&>().learn_available(
+        traits::declval<TorquePair<Scalar>>(), traits::declval<TorquePair<Scalar>>()))>> = true;
+
 // Whether the inputs make each sample's noise when it is asked for: lanes that each have their own.
 template <class Inputs, class = void>
 constexpr bool makes_noise = false;
@@ -107,6 +123,9 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop, I
     if (!meter.add(error, torque, reference)) {
       total = meter;
       return k;
+    }
+    if constexpr (tells_available<Plant, Scalar> && learns_available<Law, Scalar>) {
+      if (plant.has_motors()) law.learn_available(torque, plant.available(state, torque));
     }
     // Delay.
     const TorquePair<Scalar> applied = loop.delay.pass(torque);

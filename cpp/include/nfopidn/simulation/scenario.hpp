@@ -13,6 +13,7 @@
 #include "nfopidn/math/random.hpp"
 #include "nfopidn/parallel/interruption.hpp"
 #include "nfopidn/plant/feedforward.hpp"
+#include "nfopidn/plant/robot_drive.hpp"
 #include "nfopidn/simulation/samples.hpp"
 
 namespace nfopidn {
@@ -36,6 +37,8 @@ struct Scenario {
   Robot<double> robot;
   // The robot that the reference torques are computed for, where it is not the true one.
   std::optional<Robot<double>> model;
+  // What gives the torques; none: they arrive as they are commanded.
+  std::optional<Motor<double>> motor;
   std::optional<std::array<double, 3>> initial_pose;  // x, y [m], theta [rad]
   InitialVelocity initial_velocity;
   double torque_limit = 3.078;  // [N m]
@@ -100,6 +103,10 @@ struct Scenario {
     visit(field("model", &S::model, "kg, kg m^2, m, m", any_number(),
                 "robot that feedforward torques are computed for; null (in words: robot): the "
                 "true one"));
+    visit(field("motor", &S::motor, "ohm, N m/A, V s/rad, , kg m^2, N m s/rad, N m, V, V",
+                any_number(),
+                "behind each wheel, which turns torques into voltages; null (in words: none): "
+                "torques arrive as they are commanded"));
     visit(field("feedforward_limit", &S::feedforward_limit, "N m", between(1e-6, 1e6),
                 "limit of each wheel's reference torque; null (in words: none): no limit"));
     visit(field("friction_feedforward", &S::friction_feedforward, "N m s/rad, N m", between(0, 1e3),
@@ -124,7 +131,7 @@ struct PreparedRun {
   std::vector<Measurement<double>> noise;  // empty without noise
   std::vector<Disturbance<double>> disturbance;
   State<double> start;
-  DifferentialDrive<double> plant;
+  RobotDrive<double> plant;
   ControlLimits<double> limits;
   LoopInputs<double> inputs() const;
   // The cosine and sine of each reference heading, which the lanes take.
@@ -160,6 +167,15 @@ inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen:
   const TorquePair<double> torque = reference_torque(scenario, k);
   return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
+}
+
+inline RobotDrive<double> robot_drive(const Scenario& scenario) {
+  return {scenario.robot,
+          {scenario.viscous_friction, scenario.coulomb_friction},
+          scenario.motor ? &*scenario.motor : nullptr,
+          scenario.integrator,
+          scenario.trajectory.dt(),
+          scenario.substeps};
 }
 
 inline State<double> start_state(const Scenario& scenario) {
@@ -241,9 +257,7 @@ NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario) {
                   {},
                   {},
                   detail::start_state(scenario),
-                  DifferentialDrive<double>(scenario.robot,
-                                            {scenario.viscous_friction, scenario.coulomb_friction},
-                                            scenario.integrator, t.dt(), scenario.substeps),
+                  detail::robot_drive(scenario),
                   {scenario.torque_limit, std::max(t.peak_speed(), least_speed_scale), t.dt()},
                   &scenario};
   const auto count = static_cast<std::size_t>(t.size());

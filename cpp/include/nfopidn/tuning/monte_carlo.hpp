@@ -84,6 +84,7 @@ class LaneSetting {
                                structure_.memory + 2,
                                static_cast<int>(law_.size()),
                                calm_.initial_velocity.reference,
+                               calm_.motor ? &*calm_.motor : nullptr,
                                calm_.integrator,
                                calm_.trajectory.dt(),
                                calm_.substeps,
