@@ -2,6 +2,9 @@
 // whole tunings. On one core unless said otherwise.
 #include <benchmark/benchmark.h>
 
+#include <string>
+
+#include "nfopidn/tuning/monte_carlo.hpp"
 #include "nfopidn/tuning/tune.hpp"
 
 namespace {
@@ -10,18 +13,23 @@ using namespace nfopidn;
 
 constexpr int candidates = 1024;
 
-// Candidates around a tuned controller: all of them track. The published one leaves the path where
-// the motion is exact, so that a short tuning finds another.
-std::vector<double> tracking_taps(const Structure& structure, const Scenario& scenario) {
-  std::vector<double> x = parameters_of(structure.parameters, ControllerSettings<double>{});
-  double spread = 0.1;
-  if (scenario.integrator == Integrator::exact) {
-    spread = 0.02;  // gains found for one path alone are near the edge
-    TuningPlan plan = plan_tuning({&scenario}, structure);
-    plan.search.limits.evaluations = 2000;
-    const TuningResult found = run_tuning(plan);
-    x.assign(found.x.begin(), found.x.end());
+// The published controller leaves the path where the motion is exact, so that a short tuning finds
+// another.
+std::vector<double> tracking_parameters(const Structure& structure, const Scenario& scenario) {
+  if (scenario.integrator != Integrator::exact) {
+    return parameters_of(structure.parameters, ControllerSettings<double>{});
   }
+  TuningPlan plan = plan_tuning({&scenario}, structure);
+  plan.search.limits.evaluations = 2000;
+  const TuningResult found = run_tuning(plan);
+  return {found.x.begin(), found.x.end()};
+}
+
+// Candidates around a tuned controller: all of them track.
+std::vector<double> tracking_taps(const Structure& structure, const Scenario& scenario) {
+  const std::vector<double> x = tracking_parameters(structure, scenario);
+  // Gains found for one path alone are near the edge.
+  const double spread = scenario.integrator == Integrator::exact ? 0.02 : 0.1;
   const std::size_t size =
       static_cast<std::size_t>(channel_count * (structure.settings.memory + 2));
   std::vector<double> taps(candidates * size);
@@ -39,11 +47,12 @@ void per_step(benchmark::State& state, double steps) {
       steps, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-// With the exact integrator, and with Coulomb friction [N m] at each wheel.
-Scenario exact_scenario(double coulomb) {
+// With the exact integrator, and with Coulomb [N m] and viscous friction [N m s/rad] at each wheel.
+Scenario exact_scenario(double coulomb, double viscous = 0) {
   Scenario scenario = Scenario::published();
   scenario.integrator = Integrator::exact;
   scenario.coulomb_friction = coulomb;
+  scenario.viscous_friction = viscous;
   return scenario;
 }
 
@@ -74,6 +83,33 @@ BENCHMARK_CAPTURE(lanes, sse2_exact, InstructionSet::sse2, exact_scenario(0));
 BENCHMARK_CAPTURE(lanes, avx512_exact_friction, InstructionSet::avx512, exact_scenario(0.1));
 BENCHMARK_CAPTURE(lanes, avx2_exact_friction, InstructionSet::avx2, exact_scenario(0.1));
 BENCHMARK_CAPTURE(lanes, sse2_exact_friction, InstructionSet::sse2, exact_scenario(0.1));
+BENCHMARK_CAPTURE(lanes, avx512_exact_both, InstructionSet::avx512, exact_scenario(0.1, 0.01));
+BENCHMARK_CAPTURE(lanes, avx2_exact_both, InstructionSet::avx2, exact_scenario(0.1, 0.01));
+BENCHMARK_CAPTURE(lanes, sse2_exact_both, InstructionSet::sse2, exact_scenario(0.1, 0.01));
+
+// Monte Carlo runs, each with a mass of its own.
+void own_robots(benchmark::State& state, const Scenario& scenario) {
+  const Structure structure = named_structure(StructureName::paper);
+  const ControllerDesign design = design_of(structure, tracking_parameters(structure, scenario));
+  std::vector<std::size_t> mass;
+  for (std::size_t i = 0; i < drawn_parameters().size(); ++i) {
+    if (drawn_parameters()[i].name == std::string("mass")) mass.push_back(i);
+  }
+  const MonteCarloRuns runs(DrawnScenarios(scenario, mass), design);
+  std::vector<double> masses(candidates), costs(candidates);
+  Random random(1);
+  for (double& one : masses) one = scenario.robot.mass * (1 + 0.02 * (2 * random.uniform() - 1));
+  ThreadPool pool(1);
+  for (auto _ : state) {
+    runs.costs(masses.data(), candidates, {}, costs.data(), pool);
+    benchmark::DoNotOptimize(costs.data());
+  }
+  per_step(state, static_cast<double>(scenario.trajectory.size()) * candidates);
+}
+BENCHMARK_CAPTURE(own_robots, euler, Scenario::published());
+BENCHMARK_CAPTURE(own_robots, exact, exact_scenario(0));
+BENCHMARK_CAPTURE(own_robots, exact_friction, exact_scenario(0.1));
+BENCHMARK_CAPTURE(own_robots, exact_both, exact_scenario(0.1, 0.01));
 
 void gradient(benchmark::State& state, const Scenario& scenario) {
   const Structure structure = named_structure(StructureName::paper);

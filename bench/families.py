@@ -3,9 +3,13 @@
 Usage: python bench/families.py [--families R G J J++] [--seeds 1 2 3 4 5] [--method bfoa+]
                                 [--structure tracking]
 
-The families are those of nfopidn.families.benchmark. Means and worst costs are of min(E, 1). With
-J++ its parts on R and G are printed too, and what its gains cost on paths and plants that no search
-has seen (nfopidn.families.unseen). A structure may also be the name of a rival.
+The families are those of nfopidn.families.benchmark, and two for the time that a search takes: P12,
+the published scenario and eleven variations of it, and P12-exact, the same with the exact
+integrator. Means and worst costs are of min(E, 1). With J++ its parts on R and G are printed too,
+and what its gains cost on paths and plants that no search has seen (nfopidn.families.unseen). A
+structure may also be the name of a rival:
+
+    python bench/families.py --families P12 --structure samson
 """
 
 import argparse
@@ -17,6 +21,23 @@ from nfopidn import Controller
 from nfopidn.families import benchmark, simulate_many, unseen
 
 UNSEEN_PATHS = 48
+
+
+def family_named(name):
+    """Give a family of nfopidn.families.benchmark, or the variations whose search is timed."""
+    if name not in ("P12", "P12-exact"):
+        return benchmark(name)
+    integrator = "exact" if name == "P12-exact" else "semi-implicit-euler"
+    small_turner = {"inertia": 0.5, "track_width": 0.863}
+    return nfopidn.Scenario.published(rng=0, integrator=integrator).variations(
+        mass=(1.2, 0.8),
+        **small_turner,
+        coulomb_friction=(0.03, 0.06),
+        disturbance=0.02,
+        pose_noise=0.005,
+        delay=1,
+        corners=({"delay": 1, **small_turner}, {"delay": 1, "coulomb_friction": 0.06}),
+    )
 
 
 def costs(family, controller):
@@ -39,7 +60,7 @@ def main():
     others = {"R": benchmark("R"), "G": benchmark("G"), "unseen": unseen(UNSEEN_PATHS)}
     print(f"{'family':6}  {'seed':4}  {'mean E':7}  {'worst E':7}  {'parts':47}  seconds")
     for name in arguments.families:
-        family = benchmark(name)
+        family = family_named(name)
         for seed in arguments.seeds:
             begun = time.perf_counter()
             result = nfopidn.tune(

@@ -1,6 +1,7 @@
 // The exact motion of lanes: what plant/exact_motion.hpp finds by branching, vector by vector.
 #pragma once
 
+#include "lanes_nodes.hpp"
 #include "lanes_stepper.hpp"
 
 namespace nfopidn {

@@ -33,6 +33,21 @@ class Bowl : public Objective {
   bool gradient_, cheap_;
 };
 
+// Gives up what is over its bound, and counts that.
+class Impatient : public Bowl {
+ public:
+  explicit Impatient(bool cheap) : Bowl(false, cheap) {}
+  void bounded_costs(const Points& points, const double* bounds, double* costs) override {
+    Bowl::costs(points, costs);
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      if (costs[j] <= bounds[j]) continue;
+      costs[j] = bounds[j] + 1;
+      ++given_up;
+    }
+  }
+  int given_up = 0;
+};
+
 // A bowl with many dents, so that where a search starts and jumps matters.
 class Waves : public Objective {
  public:
@@ -84,6 +99,37 @@ void expect_same(const SearchResult& a, const SearchResult& b) {
     EXPECT_EQ(a.history[i].mean, b.history[i].mean);
     EXPECT_EQ(a.history[i].evaluations, b.history[i].evaluations);
   }
+}
+
+TEST(SearchSession, EvaluatesOnlyTheLeastToTheirEnd) {
+  const Eigen::Index p = 3;
+  const Box box = {Point::Zero(p), Point::Ones(p), Point::Ones(p)};
+  Random random(4);
+  const Points points = latin_hypercube(random, p, 100);
+  Bowl bowl;
+  Eigen::VectorXd all(points.cols());
+  bowl.costs(points, all.data());
+  const std::vector<Eigen::Index> order = ranking(all);
+  for (const bool cheap : {true, false}) {
+    for (const Eigen::Index wanted : {1, 30, 100}) {
+      Impatient impatient(cheap);
+      SearchSession search(impatient, box, {1000}, 1);
+      const Eigen::VectorXd costs = search.evaluate_least(points, wanted);
+      const std::vector<Eigen::Index> found = ranking(costs);
+      for (std::size_t k = 0; k < static_cast<std::size_t>(wanted); ++k) {
+        EXPECT_EQ(found[k], order[k]);
+        EXPECT_EQ(costs(found[k]), all(order[k]));
+      }
+      EXPECT_EQ(impatient.given_up > 0, cheap && wanted < 100);
+      EXPECT_EQ(search.result.evaluations, 100);
+      EXPECT_EQ(search.result.cost, all(order[0]));
+    }
+  }
+  Impatient impatient(true);
+  SearchSession search(impatient, box, {50}, 1);  // the budget ends on the way
+  const Eigen::VectorXd costs = search.evaluate_least(points, 10);
+  EXPECT_EQ(search.result.evaluations, 50);
+  EXPECT_TRUE(costs.tail(50).array().isInf().all());
 }
 
 TEST(Bfoa, HasARowAChemotacticStep) {

@@ -101,6 +101,49 @@ TEST(TuneObjective, CapsTheCostOfEachScenario) {
   }
 }
 
+// Candidates run scenario by scenario: what is within its bound costs what it costs, and all else
+// more than its bound, whatever the share of the worst and the threads.
+TEST(TuneObjective, GivesUpOnlyWhatIsOverItsBound) {
+  std::vector<Scenario> scenarios(5, short_scenario());
+  scenarios[1].robot.mass = 20;
+  scenarios[2].delay = 1;
+  scenarios[3].coulomb_friction = 0.05;
+  scenarios[4].initial_pose = {{2.0, 0.5, 1.0}};
+  std::vector<const Scenario*> all;
+  for (const Scenario& one : scenarios) all.push_back(&one);
+  const Structure structure;
+  const std::vector<double> x =
+      parameters_of(structure.parameters, ControllerDesign(structure.settings));
+  constexpr int count = 40;
+  Points points(static_cast<Eigen::Index>(x.size()), count);
+  Draws draw(3);
+  for (double& number : points.reshaped()) number = draw.between(0.5, 1.5);
+  for (int j = 0; j < count; ++j) {
+    points.col(j).array() *= Eigen::Map<const Eigen::ArrayXd>(x.data(), points.rows());
+  }
+  for (const double share : {1.0, 0.5, 0.0}) {
+    for (const double cap : {0.0, 0.02}) {
+      const FamilyCost family(share, cap > 0 ? std::vector<double>(5, cap) : std::vector<double>());
+      TuneObjective objective(all, ParameterSpace::whole(structure), family, 1);
+      double exact[count], bounds[count], costs[count], again[count];
+      objective.costs(points, exact);
+      constexpr double shares[] = {1.0, 0.999999, 1.5, 0.3};
+      for (int j = 0; j < count; ++j) bounds[j] = shares[j % 4] * exact[j];
+      objective.bounded_costs(points, bounds, costs);
+      for (int j = 0; j < count; ++j) {
+        if (j % 2 == 0) {
+          EXPECT_EQ(costs[j], exact[j]) << share << " " << cap;
+        } else {
+          EXPECT_GT(costs[j], bounds[j]) << share << " " << cap;
+        }
+      }
+      TuneObjective threaded(all, ParameterSpace::whole(structure), family, 3);
+      threaded.bounded_costs(points, bounds, again);
+      EXPECT_TRUE(std::equal(costs, costs + count, again));
+    }
+  }
+}
+
 // The same costs from all, whoever asks with bounds.
 class Unbounded : public Objective {
  public:

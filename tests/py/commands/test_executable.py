@@ -21,7 +21,7 @@ def test_published_summary(sim, golden_costs):
     assert (run.returncode, run.stderr) == (0, "")
     lines = run.stdout.splitlines()
     assert lines[0] == "ranunculoid, 751 samples, 0.2 s apart, heading forward"
-    figures = {line.split()[0]: line.split()[1:] for line in lines[2:]}
+    figures = {line.split()[0]: line.split()[1:] for line in lines[2 : lines.index("", 2)]}
     cost = golden_costs["E_published_M5"]
     assert float(figures["cost"][0]) == pytest.approx(cost, rel=1e-5)
     assert float(figures["pose_mse"][0]) == pytest.approx(0.0796848, rel=1e-5)

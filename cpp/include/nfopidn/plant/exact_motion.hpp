@@ -28,7 +28,7 @@ constexpr Scalar first_crossing(const Function& function, const Slope& slope, Ba
   Base low = Base(0);
   Base high = span;
   if (!(function(span) < Base(0))) {
-    if (!(slope(Base(0)) < Base(0))) return Scalar(span);
+    if (!(slope(Base(0)) < Base(0)) || slope(span) < Base(0)) return Scalar(span);
     for (int i = 0; i < bisections; ++i) {  // to the bottom of the dip
       const Base middle = (low + high) * Base(0.5);
       (slope(middle) < Base(0) ? low : high) = middle;

@@ -28,6 +28,21 @@ struct Partials {
   }
 };
 
+// Cosines and sines at a panel's nodes. Dual numbers with lanes specialise it: all at once, to the
+// same bits.
+template <class Scalar>
+struct NodeHeadings {
+  template <class Base, int count>
+  static constexpr void find(const Base (&angle)[count], Base (&cosine)[count],
+                             Base (&sine)[count]) {
+    for (int i = 0; i < count; ++i) {
+      const Heading<Base> heading = math<Base>::heading(angle[i]);
+      cosine[i] = heading.cosine;
+      sine[i] = heading.sine;
+    }
+  }
+};
+
 template <class Scalar, class Base>
 constexpr void travel_with_slopes(const ExponentialMotion<Scalar, Base>& motion, const Scalar& time,
                                   State<Scalar>& state) {
@@ -42,19 +57,26 @@ constexpr void travel_with_slopes(const ExponentialMotion<Scalar, Base>& motion,
   Partials<Base> way, speed, gain, turning,
       turn_gain;  // sums, and theirs by the motion's four numbers
   for (int panel = 0; panel < panels; ++panel) {
+    Base time_at[Rule::count] = {};
+    Base phi[Rule::count] = {}, psi[Rule::count] = {};  // of the speed, of the turning rate
+    Base angle[Rule::count] = {}, cosine[Rule::count] = {}, sine[Rule::count] = {};
     for (int node = 0; node < Rule::count; ++node) {
       const Base t = half * (Base(2 * panel + 1) + Rule::abscissa(node));
-      const Decay<Base> linear = decay<Base, Base, Scalar>(values.rate, t);
-      const Decay<Base> angular = decay<Base, Base, Scalar>(values.turn_rate, t);
-      const Base angle = values.omega * t + values.turn_acceleration * angular.psi;
-      const Heading<Base> heading = M::heading(state.theta.value + angle);
+      time_at[node] = t;
+      phi[node] = decay<Base, Base, Scalar>(values.rate, t).phi;
+      psi[node] = decay<Base, Base, Scalar>(values.turn_rate, t).psi;
+      const Base turned = values.omega * t + values.turn_acceleration * psi[node];
+      angle[node] = state.theta.value + turned;
+    }
+    NodeHeadings<Scalar>::find(angle, cosine, sine);
+    for (int node = 0; node < Rule::count; ++node) {
       const Base weight = Rule::weight(node);
-      const Base distance = (values.v + values.acceleration * linear.phi) * weight;
-      way.add(distance, heading.cosine, heading.sine);
-      speed.add(weight, heading.cosine, heading.sine);
-      gain.add(weight * linear.phi, heading.cosine, heading.sine);
-      turning.add(distance * t, -heading.sine, heading.cosine);
-      turn_gain.add(distance * angular.psi, -heading.sine, heading.cosine);
+      const Base distance = (values.v + values.acceleration * phi[node]) * weight;
+      way.add(distance, cosine[node], sine[node]);
+      speed.add(weight, cosine[node], sine[node]);
+      gain.add(weight * phi[node], cosine[node], sine[node]);
+      turning.add(distance * time_at[node], -sine[node], cosine[node]);
+      turn_gain.add(distance * psi[node], -sine[node], cosine[node]);
     }
   }
   const Decay<Base> linear = decay<Base, Base, Scalar>(values.rate, span);

@@ -15,6 +15,7 @@
 #include "scenario.hpp"
 #include "stop_requests.hpp"
 #include "tune.hpp"
+#include "verdict.hpp"
 
 namespace nfopidn::commands {
 
@@ -33,7 +34,8 @@ int run(const Arguments& arguments) {
   Scenario scenario;
   ControllerDesign design;
   Outcome built = build_scenario(arguments, scenario);
-  if (built) built = build_controller(arguments, scenario, design);
+  Json verdict;
+  if (built) built = build_controller(arguments, scenario, design, verdict);
   if (!built) return fail(arguments, built);
   if (arguments.tune && !arguments.controller_file.empty()) {
     if (Outcome outcome = check_start(arguments, scenario, design); !outcome)
@@ -56,9 +58,11 @@ int run(const Arguments& arguments) {
   const Outputs contents = {run_table_csv(result.table), document_text(write_scenario(scenario)),
                             document_text(write_controller(design))};
   if (Outcome outcome = write_all(outputs, contents); !outcome) return fail(arguments, outcome);
-  if (Outcome outcome = print_result(arguments, scenario, result); !outcome) {
-    return fail(arguments, outcome);
+  Outcome printed = print_result(arguments, scenario, result);
+  if (printed && !arguments.json && !arguments.quiet) {
+    printed = print("\n" + printable(verdict_line(verdict, scenario, design, result)) + "\n");
   }
+  if (!printed) return fail(arguments, printed);
   if (arguments.tune && StopRequests::asked()) return exit_interrupted;
   if (arguments.tune && result.diverged) explain_divergence(arguments, scenario, result);
   return result.diverged ? exit_diverged : exit_done;

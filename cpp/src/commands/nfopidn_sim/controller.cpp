@@ -68,7 +68,7 @@ void note_unknown_sample_time(const Arguments& arguments, const ControllerDesign
 }  // namespace
 
 Outcome build_controller(const Arguments& arguments, const Scenario& scenario,
-                         ControllerDesign& design) {
+                         ControllerDesign& design, Json& verdict) {
   Structure structure;
   if (!arguments.structure.empty()) {
     StructureName name{};
@@ -79,7 +79,12 @@ Outcome build_controller(const Arguments& arguments, const Scenario& scenario,
     design = ControllerDesign(structure.settings);
   }
   if (!arguments.controller_file.empty()) {
-    Outcome outcome = load_controller(arguments.controller_file, design);
+    const auto read = [&](const Json& document, ControllerDesign& result) {
+      Outcome outcome = read_controller(document, result);
+      if (outcome) verdict = document.value("verdict", Json());
+      return outcome;
+    };
+    Outcome outcome = load_document(arguments.controller_file, read, design);
     if (!outcome) return outcome;
   }
   if (Outcome outcome = refuse_ignored(arguments, design); !outcome) return outcome;
