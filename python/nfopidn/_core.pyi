@@ -74,6 +74,8 @@ class _ScenarioChanges(TypedDict, total=False):
     rng: _Seed
     model: Robot | None
     motor: Motor | None
+    encoder_counts: int
+    odometry_errors: _Numbers
     feedforward_limit: float | None
     friction_feedforward: _Numbers
     friction_feedforward_speed: float
@@ -354,6 +356,8 @@ class Scenario:
         rng: _Seed = None,
         model: Robot | None = None,
         motor: Motor | None = None,
+        encoder_counts: int = 0,
+        odometry_errors: _Numbers = (0.0, 0.0, 0.0),
         feedforward_limit: float | None = None,
         friction_feedforward: _Numbers = (0.0, 0.0),
         friction_feedforward_speed: float = 0.5,
@@ -404,6 +408,10 @@ class Scenario:
     def model(self) -> Robot | None: ...
     @property
     def motor(self) -> Motor | None: ...
+    @property
+    def encoder_counts(self) -> int: ...
+    @property
+    def odometry_errors(self) -> _Triple: ...
     @property
     def feedforward_limit(self) -> float | None: ...
     @property

@@ -133,6 +133,8 @@ def scenarios(draw):
         model=draw(st.none() | robots),
         motor=draw(st.none() | motors),
         feedforward_limit=draw(st.none() | logarithmic(1e-6, 1e6)),
+        encoder_counts=draw(st.just(0) | st.integers(1, 10**6)),
+        odometry_errors=draw(st.just((0.0, 0.0, 0.0)) | st.tuples(*[numbers(-0.5, 0.5)] * 3)),
         friction_feedforward=draw(st.just((0.0, 0.0)) | st.tuples(numbers(0, 1), numbers(0, 1))),
         friction_feedforward_speed=draw(st.just(0.5) | logarithmic(1e-6, 1e6)),
         cost_weights=draw(st.just((1.0, 1.0, 1.0)) | st.tuples(*[logarithmic(1e-3, 1e3)] * 3)),

@@ -66,6 +66,8 @@ SCENARIO: Mapping[str, Mapping[str, Words]] = {
         ),
         "disturbance": Words("Disturbance", "N,N m", "forward force and moment"),
         "pose_noise": Words("Noise", "m,rad", "standard deviation of measured position, heading"),
+        "encoder_counts": Words("Encoder counts", "", "a revolution; 0: the pose is measured"),
+        "odometry_errors": Words("Odometry errors", "", "of left, right radius and track"),
         "delay": Words("Delay", "samples", "from measurement to applied torque"),
         "integrator": Words("Integrator", "", "of the robot's motion"),
         "substeps": Words("Integration steps", "", "in a sample"),

@@ -242,6 +242,18 @@ Knobs<Scenario> scenario_knobs() {
       drive_with(&M::rotor_inertia, 1e-4),     drive_with(&M::viscous_friction, 0.05),
       drive_with(&M::coulomb_friction, 0.05),  drive_with(&M::supply_voltage, 2),
       drive_with(&M::dead_band, 0.5)};
+  knobs["encoder_counts"].turns = {[](S& s) { s.encoder_counts = 50; },
+                                   [](S& s) { s.encoder_counts = 100; }};
+  knobs["odometry_errors"].turns = {[](S& s) {
+                                      s.odometry_errors = {0.01, 0, 0};
+                                    },
+                                    [](S& s) {
+                                      s.odometry_errors = {0, 0.01, 0};
+                                    },
+                                    [](S& s) {
+                                      s.odometry_errors = {0, 0, 0.01};
+                                    }};
+  knobs["odometry_errors"].given = [](S& s) { s.encoder_counts = 100; };
   knobs["feedforward_limit"].turns = {[](S& s) { s.feedforward_limit = 1e-3; },
                                       [](S& s) { s.feedforward_limit = 2e-3; }};
   knobs["friction_feedforward"].turns = {[](S& s) {

@@ -5,7 +5,7 @@
 
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/dual.hpp"
-#include "nfopidn/simulation/scenario.hpp"
+#include "nfopidn/simulation/prepared_run.hpp"
 
 namespace nfopidn {
 
