@@ -3,6 +3,7 @@
 from nfopidn import families, fractional, montecarlo, pickling, plot, stability, study
 from nfopidn._core import (
     Controller,
+    Motor,
     Rival,
     Robot,
     Scenario,
@@ -34,6 +35,7 @@ __all__ = [
     "Family",
     "Forager",
     "MonteCarloResult",
+    "Motor",
     "Objective",
     "OptimizeResult",
     "Rival",

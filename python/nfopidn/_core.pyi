@@ -45,6 +45,17 @@ class _RobotChanges(TypedDict, total=False):
     track_width: float
     wheel_radius: float
 
+class _MotorChanges(TypedDict, total=False):
+    resistance: float
+    torque_constant: float
+    back_emf_constant: float
+    gear_ratio: float
+    rotor_inertia: float
+    viscous_friction: float
+    coulomb_friction: float
+    supply_voltage: float
+    dead_band: float
+
 class _ScenarioChanges(TypedDict, total=False):
     trajectory: Trajectory
     robot: Robot
@@ -62,6 +73,9 @@ class _ScenarioChanges(TypedDict, total=False):
     divergence_distance: float
     rng: _Seed
     model: Robot | None
+    motor: Motor | None
+    encoder_counts: int
+    odometry_errors: _Numbers
     feedforward_limit: float | None
     friction_feedforward: _Numbers
     friction_feedforward_speed: float
@@ -146,6 +160,47 @@ class Robot:
     def __hash__(self) -> int: ...
     def __copy__(self) -> Robot: ...
     def __deepcopy__(self, memo: dict[int, Any], /) -> Robot: ...
+
+@final
+class Motor:
+    def __init__(
+        self,
+        resistance: float = 2.4,
+        torque_constant: float = 0.01,
+        back_emf_constant: float = 0.01,
+        gear_ratio: float = 30.0,
+        rotor_inertia: float = 0.0,
+        viscous_friction: float = 0.0,
+        coulomb_friction: float = 0.0,
+        supply_voltage: float = 12.0,
+        dead_band: float = 0.0,
+    ) -> None: ...
+    @property
+    def resistance(self) -> float: ...
+    @property
+    def torque_constant(self) -> float: ...
+    @property
+    def back_emf_constant(self) -> float: ...
+    @property
+    def gear_ratio(self) -> float: ...
+    @property
+    def rotor_inertia(self) -> float: ...
+    @property
+    def viscous_friction(self) -> float: ...
+    @property
+    def coulomb_friction(self) -> float: ...
+    @property
+    def supply_voltage(self) -> float: ...
+    @property
+    def dead_band(self) -> float: ...
+    def voltage(self, torque: float, wheel_speed: float) -> float: ...
+    def available(self, torque: float, wheel_speed: float) -> float: ...
+    def pulse_width(self, voltage: float, full_scale: int) -> int: ...
+    def replace(self, **changes: Unpack[_MotorChanges]) -> Motor: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __copy__(self) -> Motor: ...
+    def __deepcopy__(self, memo: dict[int, Any], /) -> Motor: ...
 
 @final
 class Trajectory:
@@ -300,6 +355,9 @@ class Scenario:
         divergence_distance: float = 10.0,
         rng: _Seed = None,
         model: Robot | None = None,
+        motor: Motor | None = None,
+        encoder_counts: int = 0,
+        odometry_errors: _Numbers = (0.0, 0.0, 0.0),
         feedforward_limit: float | None = None,
         friction_feedforward: _Numbers = (0.0, 0.0),
         friction_feedforward_speed: float = 0.5,
@@ -348,6 +406,12 @@ class Scenario:
     def seed(self) -> int: ...
     @property
     def model(self) -> Robot | None: ...
+    @property
+    def motor(self) -> Motor | None: ...
+    @property
+    def encoder_counts(self) -> int: ...
+    @property
+    def odometry_errors(self) -> _Triple: ...
     @property
     def feedforward_limit(self) -> float | None: ...
     @property

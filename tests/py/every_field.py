@@ -1,7 +1,7 @@
 """A scenario and a controller with no field at its default."""
 
 import numpy as np
-from nfopidn import Controller, Robot, Scenario, Trajectory
+from nfopidn import Controller, Motor, Robot, Scenario, Trajectory
 
 _TIME = np.arange(60)
 
@@ -22,7 +22,10 @@ SCENARIO = Scenario(
     divergence_distance=5.5,
     rng=2**53 - 1,
     model=Robot(9.5, 0.4, 0.4, 0.07),
+    motor=Motor(2.1, 0.02, 0.021, 31.0, 1e-6, 0.001, 0.002, 11.5, 0.3),
     feedforward_limit=0.9,
+    encoder_counts=1024,
+    odometry_errors=(0.01, -0.005, 0.02),
     friction_feedforward=(0.011, 0.021),
     friction_feedforward_speed=0.3,
     cost_weights=(2.0, 0.5, 1 / 3),

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 from hypothesis import strategies as st
-from nfopidn import Controller, Robot, Scenario, Trajectory
+from nfopidn import Controller, Motor, Robot, Scenario, Trajectory
 
 CURVES = ["circle", "lemniscate", "eight", "line", "sine", "rounded_square"]
 headings = st.sampled_from(["forward", "continuous"])
@@ -32,6 +32,18 @@ robots = st.builds(
     inertia=logarithmic(1e-9, 1e9),
     track_width=logarithmic(1e-4, 1e3),
     wheel_radius=logarithmic(1e-4, 1e3),
+)
+motors = st.builds(
+    Motor,
+    resistance=logarithmic(1e-3, 1e3),
+    torque_constant=logarithmic(1e-4, 10),
+    back_emf_constant=st.just(0.0) | logarithmic(1e-4, 10),
+    gear_ratio=logarithmic(0.1, 1e3),
+    rotor_inertia=st.just(0.0) | logarithmic(1e-9, 1),
+    viscous_friction=st.just(0.0) | logarithmic(1e-6, 10),
+    coulomb_friction=st.just(0.0) | logarithmic(1e-6, 10),
+    supply_voltage=logarithmic(0.1, 1e3),
+    dead_band=st.just(0.0) | logarithmic(1e-3, 10),
 )
 ordinary_robots = st.builds(
     Robot,
@@ -119,7 +131,10 @@ def scenarios(draw):
         divergence_distance=distance,
         rng=draw(st.integers(0, 2**53)),
         model=draw(st.none() | robots),
+        motor=draw(st.none() | motors),
         feedforward_limit=draw(st.none() | logarithmic(1e-6, 1e6)),
+        encoder_counts=draw(st.just(0) | st.integers(1, 10**6)),
+        odometry_errors=draw(st.just((0.0, 0.0, 0.0)) | st.tuples(*[numbers(-0.5, 0.5)] * 3)),
         friction_feedforward=draw(st.just((0.0, 0.0)) | st.tuples(numbers(0, 1), numbers(0, 1))),
         friction_feedforward_speed=draw(st.just(0.5) | logarithmic(1e-6, 1e6)),
         cost_weights=draw(st.just((1.0, 1.0, 1.0)) | st.tuples(*[logarithmic(1e-3, 1e3)] * 3)),

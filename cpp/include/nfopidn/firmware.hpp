@@ -12,3 +12,4 @@
 #include "nfopidn/foundation/compiler.hpp"  // first: it says what the compiler lacks
 #include "nfopidn/loop/closed_loop.hpp"
 #include "nfopidn/plant/feedforward.hpp"
+#include "nfopidn/plant/motor.hpp"

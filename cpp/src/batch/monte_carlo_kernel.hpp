@@ -132,8 +132,8 @@ template <class Wide, bool noisy, bool tracking, bool recorded, class Inputs>
 inline void run_own_lanes(const MonteCarloJob& job, int first) {
   Inputs inputs(*job.inputs);
   const LaneRuns<Wide, tracking> runs(job, first, inputs);
-  const DifferentialDrive<Wide> plant(runs.robot, runs.friction, job.integrator, job.sample_time,
-                                      job.substeps);
+  const RobotDrive<Wide> plant(runs.robot, runs.friction, job.motor, job.integrator,
+                               job.sample_time, job.substeps);
   Controller<Wide, Fir<Wide, small_capacity, lane_slack>, LaneVariant<tracking>> law;
   set_law_of_lanes(law, job, runs.law);
   LoopState<Wide> loop = {runs.start, DelayLine<Wide>(inputs.delay)};

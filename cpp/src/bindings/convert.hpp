@@ -188,8 +188,9 @@ py::object field_value(const Settings& settings, const std::string& name) {
   Settings::fields([&](const auto& field) {
     if (name != field.name) return;
     using Value = std::decay_t<decltype(settings.*field.member)>;
-    if constexpr (std::is_same_v<Value, std::optional<Robot<double>>>) {
-      if (const auto& robot = settings.*field.member) result = py::cast(*robot);
+    if constexpr (std::is_same_v<Value, std::optional<Robot<double>>> ||
+                  std::is_same_v<Value, std::optional<Motor<double>>>) {
+      if (const auto& own = settings.*field.member) result = py::cast(*own);
     } else {
       result = from_json(json::write(settings.*field.member));
     }
@@ -211,10 +212,11 @@ void add_fields(Class& cls, const Get& get) {
 }
 
 inline std::string literal(const Json& value) {
-  if (value.is_object()) {  // the settings within settings are a robot's
+  if (value.is_object()) {  // the settings within settings are a robot's or a motor's
+    const std::string begin = value.contains("mass") ? "Robot(" : "Motor(";
     std::string text;
     for (const auto& item : value.items()) {
-      text += (text.empty() ? "Robot(" : ", ") + item.key() + "=" + item.value().dump();
+      text += (text.empty() ? begin : ", ") + item.key() + "=" + item.value().dump();
     }
     return text + ")";
   }

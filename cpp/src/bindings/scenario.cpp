@@ -7,10 +7,17 @@ namespace nfopidn::python {
 
 namespace {
 
-Robot<double> read_robot(const Json& object) {
-  Robot<double> robot;
-  check("Robot", read_settings(object, "", robot));
-  return robot;
+// Plain settings with a class of their own, which Python calls by this name.
+template <class Settings>
+constexpr const char* settings_name = "Robot";
+template <>
+constexpr const char* settings_name<Motor<double>> = "Motor";
+
+template <class Settings>
+Settings read_own(const Json& object) {
+  Settings settings;
+  check(settings_name<Settings>, read_settings(object, "", settings));
+  return settings;
 }
 
 Trajectory trajectory_from_json(const Json& object) {
@@ -170,14 +177,19 @@ Scenario changed(const std::string& callable, Scenario scenario, py::dict argume
   };
   take("trajectory", scenario.trajectory);
   take("robot", scenario.robot);
-  if (arguments.contains("model") && arguments["model"].is_none()) {
-    scenario.model.reset();
-    arguments.attr("pop")("model");
-  }
-  Robot<double> model;
-  const bool has_model = arguments.contains("model");
-  take("model", model);
-  if (has_model) scenario.model = model;
+  const auto take_optional = [&](const char* name, auto& member) {
+    if (!arguments.contains(name)) return;
+    if (arguments[name].is_none()) {
+      member.reset();
+      arguments.attr("pop")(name);
+      return;
+    }
+    std::decay_t<decltype(*member)> own;
+    take(name, own);
+    member = own;
+  };
+  take_optional("model", scenario.model);
+  take_optional("motor", scenario.motor);
   check(callable, read_settings(to_json(arguments), "", scenario));
   check(callable, explain_consistency(scenario));
   return scenario;
@@ -240,38 +252,88 @@ std::string scenario_repr(const Scenario& s) {
          std::to_string(s.trajectory.size()) + " samples" + (rest.empty() ? "" : ", ") + rest + ")";
 }
 
+template <class Settings>
+py::class_<Settings> bind_settings(py::module_& module, const std::string& text) {
+  using S = Settings;
+  const std::string name = settings_name<S>;
+  const std::string doc = name + "(" + arguments_text(S{}, true) + ")\n--\n\n" + text +
+                          "\n\nParameters\n----------\n" + parameters_text<S>(field_names<S>());
+  py::class_<S> cls(module, name.c_str(), py::is_final(), doc.c_str());
+  cls.def(py::init([name](const py::args& positional, const py::kwargs& keywords) {
+    return read_own<S>(to_json(bind_arguments(name, field_names<S>(), positional, keywords)));
+  }));
+  add_fields<S>(cls, [](const S& self) -> const S& { return self; });
+  cls.def(
+      "replace",
+      [name](const S& self, const py::kwargs& changes) {
+        S settings = self;
+        const std::string callable = name + ".replace";
+        check(
+            callable,
+            read_settings(to_json(bind_arguments(callable, field_names<S>(), py::args(), changes)),
+                          "", settings));
+        return settings;
+      },
+      "replace(self, **changes)\n--\n\nA copy with some parameters changed.");
+  cls.def("__repr__",
+          [name](const S& self) { return name + "(" + arguments_text(self, true) + ")"; });
+  add_value_semantics<S>(cls, write_settings<S>, read_own<S>);
+  return cls;
+}
+
+void bind_motor(py::module_& module) {
+  using M = Motor<double>;
+  py::class_<M> cls = bind_settings<M>(
+      module,
+      "A DC motor with its gear, the same behind each wheel (docs/theory.md). The inductance of "
+      "the winding\nis neglected.");
+  cls.def(
+      "voltage",
+      [](const M& self, double torque, double wheel_speed) {
+        return self.voltage(torque, wheel_speed);
+      },
+      py::arg("torque"), py::arg("wheel_speed"),
+      "voltage(self, torque, wheel_speed)\n--\n\nThe voltage [V] at which the motor gives a "
+      "torque [N m] at a wheel that turns with wheel_speed\n[rad/s], within the supply's. The "
+      "bearings' friction and the dead band are not made up for.");
+  cls.def(
+      "available",
+      [](const M& self, double torque, double wheel_speed) {
+        return self.available(torque, wheel_speed);
+      },
+      py::arg("torque"), py::arg("wheel_speed"),
+      "available(self, torque, wheel_speed)\n--\n\nThe torque [N m] as the supply can give it "
+      "at a wheel that turns with wheel_speed [rad/s].");
+  cls.def(
+      "pulse_width",
+      [](const M& self, double voltage, int full_scale) {
+        if (!std::isfinite(voltage)) {
+          throw py::value_error("pulse_width: voltage is " + number_text(voltage) +
+                                "; must be finite");
+        }
+        if (full_scale < 1) {
+          throw py::value_error("pulse_width: full_scale is " + std::to_string(full_scale) +
+                                "; must be 1 or more");
+        }
+        return pulse_width(self, voltage, full_scale);
+      },
+      py::arg("voltage"), py::arg("full_scale"),
+      "pulse_width(self, voltage, full_scale)\n--\n\nCounts of a pulse-width modulator, of which "
+      "full_scale is the supply's voltage: the nearest\nwhole number, within +-full_scale.");
+}
+
 }  // namespace
 
 void bind_robot(py::module_& module) {
   using R = Robot<double>;
-  const std::string doc =
-      "Robot(" + arguments_text(R{}, true) +
-      ")\n--\n\nA differential-drive robot; the default is the paper's Eddie.\n\n"
-      "Parameters\n----------\n" +
-      parameters_text<R>(field_names<R>());
-  py::class_<R> cls(module, "Robot", py::is_final(), doc.c_str());
-  cls.def(py::init([](const py::args& positional, const py::kwargs& keywords) {
-    return read_robot(to_json(bind_arguments("Robot", field_names<R>(), positional, keywords)));
-  }));
+  py::class_<R> cls =
+      bind_settings<R>(module, "A differential-drive robot; the default is the paper's Eddie.");
   cls.def_static("eddie", &R::eddie, "eddie()\n--\n\nThe paper's robot (its Table 1).");
   cls.def_static(
       "eddie_datasheet", &R::eddie_datasheet,
       "eddie_datasheet()\n--\n\nThe same robot by its vendor's datasheet: track 0.390 m, "
       "inertia of a disc.");
-  add_fields<R>(cls, [](const R& self) -> const R& { return self; });
-  cls.def(
-      "replace",
-      [](const R& self, const py::kwargs& changes) {
-        R robot = self;
-        check("Robot.replace",
-              read_settings(
-                  to_json(bind_arguments("Robot.replace", field_names<R>(), py::args(), changes)),
-                  "", robot));
-        return robot;
-      },
-      "replace(self, **changes)\n--\n\nA copy with some parameters changed.");
-  cls.def("__repr__", [](const R& self) { return "Robot(" + arguments_text(self, true) + ")"; });
-  add_value_semantics<R>(cls, write_settings<R>, read_robot);
+  bind_motor(module);
 }
 
 void bind_trajectory(py::module_& module) {

@@ -134,5 +134,21 @@ TYPED_TEST(AntiWindupRules, DoNotTouchThePositionalForm) {
   }
 }
 
+TYPED_TEST(AntiWindupRules, WhatTheMotorsCannotGiveIsSaturation) {
+  for (const AntiWindup rule : {AntiWindup::none, AntiWindup::hold, AntiWindup::clamp}) {
+    auto law = this->make(this->tracking(rule));
+    const auto wish = [](double torque) {
+      const auto given = static_cast<TypeParam>(torque);
+      return ReferenceSample<TypeParam>{given, given, 0, 0, 0, 0, 0, false};
+    };
+    const TorquePair<TypeParam> commanded = law.step({0, 0, 0, 0, 0}, wish(0.4));
+    law.learn_available(commanded, {TypeParam(0.3), commanded.right});
+    law.step({0, 0, 0, 0, 0}, wish(0.35));
+    const bool knows = rule != AntiWindup::none;
+    EXPECT_TRUE(near(law.feedback().left, knows ? 0.25 : 0.35, 8 * unit<TypeParam>));
+    EXPECT_TRUE(near(law.feedback().right, 0.35, 8 * unit<TypeParam>));
+  }
+}
+
 }  // namespace
 }  // namespace nfopidn::test

@@ -228,6 +228,32 @@ Knobs<Scenario> scenario_knobs() {
   knobs["model"].turns = {reckon_with(&Robot<double>::mass), reckon_with(&Robot<double>::inertia),
                           reckon_with(&Robot<double>::track_width),
                           reckon_with(&Robot<double>::wheel_radius)};
+  const auto drive_with = [](double Motor<double>::*member, double value) {
+    return [=](S& s) {
+      s.motor = Motor<double>{};
+      s.motor->supply_voltage = 3;
+      (*s.motor).*member = value;
+    };
+  };
+  using M = Motor<double>;
+  knobs["motor"].turns = {
+      drive_with(&M::resistance, 4),           drive_with(&M::torque_constant, 0.02),
+      drive_with(&M::back_emf_constant, 0.02), drive_with(&M::gear_ratio, 20),
+      drive_with(&M::rotor_inertia, 1e-4),     drive_with(&M::viscous_friction, 0.05),
+      drive_with(&M::coulomb_friction, 0.05),  drive_with(&M::supply_voltage, 2),
+      drive_with(&M::dead_band, 0.5)};
+  knobs["encoder_counts"].turns = {[](S& s) { s.encoder_counts = 50; },
+                                   [](S& s) { s.encoder_counts = 100; }};
+  knobs["odometry_errors"].turns = {[](S& s) {
+                                      s.odometry_errors = {0.01, 0, 0};
+                                    },
+                                    [](S& s) {
+                                      s.odometry_errors = {0, 0.01, 0};
+                                    },
+                                    [](S& s) {
+                                      s.odometry_errors = {0, 0, 0.01};
+                                    }};
+  knobs["odometry_errors"].given = [](S& s) { s.encoder_counts = 100; };
   knobs["feedforward_limit"].turns = {[](S& s) { s.feedforward_limit = 1e-3; },
                                       [](S& s) { s.feedforward_limit = 2e-3; }};
   knobs["friction_feedforward"].turns = {[](S& s) {

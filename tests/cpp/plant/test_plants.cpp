@@ -1,7 +1,7 @@
 // What holds for every plant, and the motors against closed forms.
 #include "nfopidn/loop/closed_loop.hpp"
 #include "nfopidn/math/dual.hpp"
-#include "nfopidn/plant/motor.hpp"
+#include "nfopidn/plant/robot_drive.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {
@@ -25,6 +25,17 @@ struct Voltages {
   }
 };
 
+// Torques as a scenario has them: by motors.
+struct Commands {
+  using Plant = RobotDrive<double>;
+  static constexpr double size_of_input = 0.4;  // [N m]
+  static Plant make(Integrator integrator, double span, int substeps = 1) {
+    // Ideal ones, of which the inverse is the robot's own.
+    static const Motor<double> ideal = {2.4, 0.012, 0, 30, 0, 0, 0, 1e6};
+    return {base_robot, {0.02, 0}, &ideal, integrator, span, substeps};
+  }
+};
+
 template <class Kind>
 class Plants : public ::testing::Test {
  protected:
@@ -35,7 +46,7 @@ class Plants : public ::testing::Test {
   }
   const State<double> start{0.4, -0.2, 0.9, 0.3, -0.5};
 };
-using Kinds = ::testing::Types<Torques, Voltages>;
+using Kinds = ::testing::Types<Torques, Voltages, Commands>;
 TYPED_TEST_SUITE(Plants, Kinds);
 
 TYPED_TEST(Plants, AreOnesInEveryScalar) {
@@ -200,6 +211,63 @@ TEST(MotorDrive, CoulombFrictionHoldsASmallVoltage) {
   EXPECT_EQ(state.v, 0);
   plant.advance(state, {1.0, 0.0}, TorquePair<double>{1.01 * breakaway, 1.01 * breakaway});
   EXPECT_GT(state.v, 0);
+}
+
+TEST(MotorDrive, ADeadBandIsMissingFromWhatIsApplied) {
+  Motor<double> swallowing = some_motor;
+  swallowing.dead_band = 2;
+  const MotorDrive<double> plant(base_robot, swallowing, Integrator::exact, 0.1, 1);
+  const MotorDrive<double> whole(base_robot, some_motor, Integrator::exact, 0.1, 1);
+  State<double> state = {0, 0, 0, 0, 0}, other = state;
+  plant.advance(state, {1.0, 0.0}, TorquePair<double>{1.9, -2});
+  EXPECT_EQ(state.v, 0);
+  EXPECT_EQ(state.omega, 0);
+  plant.advance(state, {1.0, 0.0}, TorquePair<double>{7, -5});
+  whole.advance(other, {1.0, 0.0}, TorquePair<double>{5, -3});
+  EXPECT_EQ(state.v, other.v);
+  EXPECT_EQ(state.omega, other.omega);
+}
+
+TEST(Motor, PulseWidthsAreTheNearestCounts) {
+  EXPECT_EQ(pulse_width(some_motor, 24.0, 1000), 1000);
+  EXPECT_EQ(pulse_width(some_motor, -30.0, 1000), -1000);
+  EXPECT_EQ(pulse_width(some_motor, 0.013, 1000), 1);
+  EXPECT_EQ(pulse_width(some_motor, -0.011, 1000), 0);
+}
+
+TEST(RobotDrive, WithoutMotorsIsTheDrive) {
+  const Friction<double> friction = {0.02, 0.1};
+  const RobotDrive<double> plant(base_robot, friction, nullptr, Integrator::exact, 0.2, 1);
+  const DifferentialDrive<double> drive(base_robot, friction, Integrator::exact, 0.2, 1);
+  State<double> state = {0.4, -0.2, 0.9, 0.3, -0.5}, other = state;
+  const Heading<double> heading = math<double>::heading(state.theta);
+  plant.advance(state, heading, TorquePair<double>{0.3, -0.2});
+  drive.advance(other, heading, TorquePair<double>{0.3, -0.2});
+  EXPECT_EQ(state.x, other.x);
+  EXPECT_EQ(state.omega, other.omega);
+  EXPECT_FALSE(plant.has_motors());
+}
+
+TEST(RobotDrive, CommandsBecomeVoltagesByTheSpeedOfEachWheel) {
+  const Friction<double> friction = {0.02, 0.1};
+  const RobotDrive<double> plant(base_robot, friction, &some_motor, Integrator::exact, 0.2, 1);
+  const MotorDrive<double> motors(base_robot, some_motor, Integrator::exact, 0.2, 1, friction);
+  State<double> state = {0.4, -0.2, 0.9, 0.3, -0.5}, other = state;
+  const Heading<double> heading = math<double>::heading(state.theta);
+  const TorquePair<double> torque = {0.3, -9};
+  // (v +- L omega / 2) / r, through the gear; the right motor cannot give its torque.
+  const double turn = -0.5 * base_robot.track_width / 2;
+  const double left = (0.3 + turn) / base_robot.wheel_radius;
+  const double volts = 0.3 * 2.4 / (30 * 0.012) + 30 * 0.011 * left;
+  motors.advance(other, heading, TorquePair<double>{volts, -24});
+  plant.advance(state, heading, torque);
+  EXPECT_NEAR(state.v, other.v, 1e-14);
+  EXPECT_NEAR(state.omega, other.omega, 1e-13);
+  const State<double> start = {0.4, -0.2, 0.9, 0.3, -0.5};
+  const double right = (0.3 - turn) / base_robot.wheel_radius;
+  EXPECT_EQ(plant.available(start, torque).left, 0.3);
+  EXPECT_NEAR(plant.available(start, torque).right,
+              -24 * 30 * 0.012 / 2.4 - 30 * 30 * 0.012 * 0.011 / 2.4 * right, 1e-12);
 }
 
 }  // namespace

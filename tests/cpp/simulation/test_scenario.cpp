@@ -1,5 +1,5 @@
 // Scenarios: their defaults, what is prepared from them, and what is wrong with some.
-#include "nfopidn/simulation/scenario.hpp"
+#include "nfopidn/simulation/prepared_run.hpp"
 #include "support.hpp"
 
 namespace nfopidn::test {

@@ -5,11 +5,11 @@
 
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/math/dual.hpp"
-#include "nfopidn/simulation/scenario.hpp"
+#include "nfopidn/simulation/prepared_run.hpp"
 
 namespace nfopidn {
 
-constexpr int plant_size = DifferentialDrive<double>::size;
+constexpr int plant_size = RobotDrive<double>::size;
 
 // Of the state x, y, theta, v, omega and the torques left, right.
 struct LinearPlant {
@@ -19,7 +19,7 @@ struct LinearPlant {
 
 namespace detail {
 
-inline State<Dual<double>> advance(const DifferentialDrive<double>& plant, double speed,
+inline State<Dual<double>> advance(const RobotDrive<double>& plant, double speed,
                                    const double (&torque)[2], int direction) {
   const auto number = [&](int i, double value) {
     return Dual<double>(value, i == direction ? 1.0 : 0.0);
@@ -35,7 +35,7 @@ inline State<Dual<double>> advance(const DifferentialDrive<double>& plant, doubl
 }  // namespace detail
 
 // At the torques that keep the speed against friction.
-NFOPIDN_HOST LinearPlant linearise_plant(const DifferentialDrive<double>& plant, double speed);
+NFOPIDN_HOST LinearPlant linearise_plant(const RobotDrive<double>& plant, double speed);
 
 }  // namespace nfopidn
 
@@ -43,7 +43,7 @@ NFOPIDN_HOST LinearPlant linearise_plant(const DifferentialDrive<double>& plant,
 
 namespace nfopidn {
 
-NFOPIDN_HOST LinearPlant linearise_plant(const DifferentialDrive<double>& plant, double speed) {
+NFOPIDN_HOST LinearPlant linearise_plant(const RobotDrive<double>& plant, double speed) {
   double torque[2] = {0, 0};
   // Between the corners of Coulomb friction v depends on the torque linearly: a few steps do.
   for (int i = 0; i < 8; ++i) {

@@ -3,7 +3,7 @@
 
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/outcome.hpp"
-#include "nfopidn/simulation/scenario.hpp"
+#include "nfopidn/simulation/prepared_run.hpp"
 
 namespace nfopidn {
 

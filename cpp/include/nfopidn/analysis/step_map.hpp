@@ -155,7 +155,7 @@ class StepMap {
     }
   }
 
-  DifferentialDrive<double> plant_;
+  RobotDrive<double> plant_;
   const PeriodicReference& reference_;
   Disturbance<double> disturbance_;
   LoopStates states_ = {};

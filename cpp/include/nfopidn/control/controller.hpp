@@ -297,6 +297,15 @@ class Controller
     filter_.fill(error);
   }
 
+  // What the motors can give of the last step's torque: the rest is saturation, which the
+  // anti-windup rules keep out of the sum of eqs. 35-36.
+  constexpr void learn_available(const TorquePair<Scalar>& commanded,
+                                 const TorquePair<Scalar>& available) noexcept {
+    if (structure_.form == Form::positional || structure_.anti_windup == AntiWindup::none) return;
+    feedback_.left = feedback_.left + (available.left - commanded.left);
+    feedback_.right = feedback_.right + (available.right - commanded.right);
+  }
+
   // The unlimited feedback part of the last step's torque.
   constexpr TorquePair<Scalar> feedback() const noexcept { return feedback_; }
   constexpr const Filter& filter() const noexcept { return filter_; }

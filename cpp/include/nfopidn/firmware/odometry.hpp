@@ -2,7 +2,7 @@
 #pragma once
 
 #include "nfopidn/foundation/traits.hpp"
-#include "nfopidn/plant/robot.hpp"
+#include "nfopidn/plant/odometry.hpp"
 
 namespace nfopidn {
 
@@ -14,29 +14,9 @@ constexpr TorquePair<Scalar> to_rep103(const TorquePair<Scalar>& torque) noexcep
   return {torque.right, torque.left};
 }
 
-// The pose after the wheels have rolled `left` and `right` metres (REP-103) on an arc of a circle,
-// exactly, however long. `track_width` [m].
-template <class Scalar>
-State<Scalar> odometry(const State<Scalar>& state, Scalar left, Scalar right,
-                       base_t<Scalar> track_width) noexcept {
-  using M = math<Scalar>;
-  const Scalar turned = (right - left) / track_width;
-  const Scalar distance = (left + right) / 2;
-  // The chord is the arc times sin(h)/h with h half the angle, and lies at the mean heading.
-  const Scalar half = turned / 2;
-  const bool straight = half < Scalar(1e-4) && half > Scalar(-1e-4);
-  const Scalar shrink = straight ? 1 - half * half / 6 : M::heading(half).sine / half;
-  const Heading<Scalar> mean = M::heading(state.theta + half);
-  State<Scalar> next = state;
-  next.x = state.x + distance * shrink * mean.cosine;
-  next.y = state.y + distance * shrink * mean.sine;
-  next.theta = M::wrap(state.theta + turned);
-  return next;
-}
-
-// The same where encoders may fail: moves the pose and returns true, or, if one of the wheels would
-// have rolled farther than `longest_step` [m], forward or back, or a length is no number, leaves
-// the pose and returns false. For the controller that is a sample without a measurement.
+// As odometry() where encoders may fail: moves the pose and returns true, or, if one of the wheels
+// would have rolled farther than `longest_step` [m], forward or back, or a length is no number,
+// leaves the pose and returns false. For the controller that is a sample without a measurement.
 template <class Scalar>
 bool try_odometry(State<Scalar>& state, Scalar left, Scalar right, base_t<Scalar> track_width,
                   base_t<Scalar> longest_step) noexcept {

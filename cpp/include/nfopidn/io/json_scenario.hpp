@@ -240,6 +240,9 @@ NFOPIDN_HOST Json write_scenario(const Scenario& scenario) {
   Json settings = write_settings(scenario);
   // Documents without them are as they were before scenarios had them.
   if (!scenario.model) settings.erase("model");
+  if (scenario.encoder_counts == 0) settings.erase("encoder_counts");
+  if (scenario.odometry_errors == Scenario{}.odometry_errors) settings.erase("odometry_errors");
+  if (!scenario.motor) settings.erase("motor");
   if (!scenario.feedforward_limit) settings.erase("feedforward_limit");
   if (scenario.friction_feedforward == Scenario{}.friction_feedforward) {
     settings.erase("friction_feedforward");

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "nfopidn/control/controller_settings.hpp"
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/io/nearest.hpp"
 #include "nfopidn/io/outcome.hpp"

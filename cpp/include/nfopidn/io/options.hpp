@@ -53,20 +53,26 @@ template <std::size_t row_count, std::size_t columns>
 struct Reading<Matrix<row_count, columns>> {
   static Json read(const std::string& text) { return rows(text, columns); }
 };
-// A robot's numbers in the order of its fields.
+// The numbers of settings within settings, a robot or a motor, in the order of their fields.
+template <class Settings>
+Json settings_of_numbers(const std::string& text) {
+  Json numbers = list(text);
+  Json settings = Json::object();
+  std::size_t place = 0;
+  Settings::fields([&](const auto& field) {
+    if (place < numbers.size()) settings[field.name] = numbers[place];
+    ++place;
+  });
+  if (numbers.size() > place) return numbers;
+  return settings;
+}
 template <>
 struct Reading<std::optional<Robot<double>>> {
-  static Json read(const std::string& text) {
-    Json numbers = list(text);
-    Json robot = Json::object();
-    std::size_t place = 0;
-    Robot<double>::fields([&](const auto& field) {
-      if (place < numbers.size()) robot[field.name] = numbers[place];
-      ++place;
-    });
-    if (numbers.size() > place) return numbers;
-    return robot;
-  }
+  static Json read(const std::string& text) { return settings_of_numbers<Robot<double>>(text); }
+};
+template <>
+struct Reading<std::optional<Motor<double>>> {
+  static Json read(const std::string& text) { return settings_of_numbers<Motor<double>>(text); }
 };
 template <>
 struct Reading<Memory> {

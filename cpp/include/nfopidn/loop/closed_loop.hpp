@@ -41,12 +41,36 @@ NFOPIDN_INLINE constexpr Measurement<Scalar> with_noise(const Measurement<Scalar
   return measured;
 }
 
+// Whether a plant tells what it can give of a torque, and a law wants to know.
+template <class Plant, class Scalar, class = void>
+constexpr bool tells_available = false;
+template <class Plant, class Scalar>
+constexpr bool tells_available<
+    Plant, Scalar,
+    traits::void_t<decltype(traits::declval<const Plant&>().available(
+        traits::declval<State<Scalar>>(), traits::declval<TorquePair<Scalar>>()))>> = true;
+template <class Law, class Scalar, class = void>
+constexpr bool learns_available = false;
+template <class Law, class Scalar>
+constexpr bool learns_available<
+    Law, Scalar,
+    traits::void_t<decltype(traits::declval<Law&>().learn_available(
+        traits::declval<TorquePair<Scalar>>(), traits::declval<TorquePair<Scalar>>()))>> = true;
+
 // Whether the inputs make each sample's noise when it is asked for: lanes that each have their own.
 template <class Inputs, class = void>
 constexpr bool makes_noise = false;
 template <class Inputs>
 constexpr bool
     makes_noise<Inputs, traits::void_t<decltype(traits::declval<Inputs&>().noise_at(0))>> = true;
+
+// Whether the inputs tell what a measured pose has besides the true one.
+template <class Inputs, class Scalar, class = void>
+constexpr bool senses_pose = false;
+template <class Inputs, class Scalar>
+constexpr bool senses_pose<Inputs, Scalar,
+                           traits::void_t<decltype(traits::declval<Inputs&>().error_at(
+                               0, traits::declval<State<Scalar>>()))>> = true;
 
 // The law's torque where the measurement is that noise away from the pose whose errors and heading
 // are known.
@@ -93,7 +117,9 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop, I
     ReferenceSample<Base> shown = reference;
     if (!inputs.feedforward) shown.tau_left = shown.tau_right = Base(0);
     TorquePair<Scalar> torque;
-    if constexpr (takes_errors<Law, Scalar> && !noisy) {
+    if constexpr (senses_pose<Inputs, Scalar>) {
+      torque = law.step(with_noise(exact, inputs.error_at(k, state)), shown);
+    } else if constexpr (takes_errors<Law, Scalar> && !noisy) {
       torque = law.step(error, heading, shown);
     } else if constexpr (makes_noise<Inputs>) {
       torque = step_with_noise(law, error, heading, inputs.noise_at(k), shown);
@@ -107,6 +133,9 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop, I
     if (!meter.add(error, torque, reference)) {
       total = meter;
       return k;
+    }
+    if constexpr (tells_available<Plant, Scalar> && learns_available<Law, Scalar>) {
+      if (plant.has_motors()) law.learn_available(torque, plant.available(state, torque));
     }
     // Delay.
     const TorquePair<Scalar> applied = loop.delay.pass(torque);
@@ -149,6 +178,10 @@ constexpr LoopResult<Scalar> run_metered_loop(const Plant& plant, Law& law, Loop
                                               const LoopInputs<base_t<Scalar>>& inputs,
                                               const Meter& meter, Observer&& observe,
                                               const SomePoll& poll = {}) {
+  if (inputs.encoders != nullptr) {
+    SensedInputs<Scalar> sensed(inputs, loop.robot);
+    return detail::run_loop<true, Scalar>(plant, law, loop, sensed, meter, observe, poll);
+  }
   return inputs.noise != nullptr
              ? detail::run_loop<true, Scalar>(plant, law, loop, inputs, meter, observe, poll)
              : detail::run_loop<false, Scalar>(plant, law, loop, inputs, meter, observe, poll);

@@ -23,6 +23,7 @@ struct Motor {
   Base viscous_friction = Base(0);      // at the wheel [N m s/rad]
   Base coulomb_friction = Base(0);      // at the wheel [N m]
   Base supply_voltage = Base(12);       // more is not applied, in either direction [V]
+  Base dead_band = Base(0);             // voltage that drive and gear swallow [V]
 
   constexpr Status validate() const noexcept { return check_ranges(*this).status; }
 
@@ -44,79 +45,128 @@ struct Motor {
                 "Coulomb friction at each wheel"));
     visit(field("supply_voltage", &Motor::supply_voltage, "V", between(1e-6, 1e6),
                 "largest voltage of a motor, in either direction"));
+    visit(field("dead_band", &Motor::dead_band, "V", between(0, 1e6),
+                "voltage below which a motor gives no torque; above, it is missing"));
   }
 
   // Torque at the wheel per volt at standstill [N m/V].
   constexpr Base torque_per_volt() const { return gear_ratio * torque_constant / resistance; }
+  // What the back EMF takes of the torque per turning rate of the wheel [N m s/rad].
+  constexpr Base back_emf_damping() const {
+    return torque_per_volt() * gear_ratio * back_emf_constant;
+  }
   // What back EMF and bearings take from the wheel per turning rate [N m s/rad].
-  constexpr Base damping() const {
-    return torque_per_volt() * gear_ratio * back_emf_constant + viscous_friction;
+  constexpr Base damping() const { return back_emf_damping() + viscous_friction; }
+
+  // The voltage at which the motor gives a torque [N m] at a wheel that turns with `wheel_speed`
+  // [rad/s], within the supply's. The bearings' friction and the dead band are not made up for.
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr Scalar voltage(const Scalar& torque, const Scalar& wheel_speed) const {
+    return supplied(torque * (Base(1) / torque_per_volt()) +
+                    wheel_speed * (gear_ratio * back_emf_constant));
+  }
+
+  // A voltage as the supply can give it.
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr Scalar supplied(const Scalar& voltage) const {
+    return clipped(voltage, supply_voltage);
+  }
+
+  // A torque [N m] as the supply can give it at a wheel that turns with `wheel_speed` [rad/s].
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr Scalar available(const Scalar& torque, const Scalar& wheel_speed) const {
+    using M = math<Scalar>;
+    const Scalar taken = wheel_speed * back_emf_damping();
+    const Base stall = supply_voltage * torque_per_volt();
+    return M::maximum(M::minimum(torque, Scalar(stall) - taken), Scalar(-stall) - taken);
+  }
+
+  // What is left of an applied voltage behind the dead band.
+  template <class Scalar>
+  NFOPIDN_INLINE constexpr Scalar effective(const Scalar& voltage) const {
+    return voltage - clipped(voltage, dead_band);
+  }
+
+ private:
+  template <class Scalar>
+  static constexpr Scalar clipped(const Scalar& value, const Base& limit) {
+    using M = math<Scalar>;
+    return M::maximum(M::minimum(value, Scalar(limit)), Scalar(limit * Base(-1)));
   }
 };
 
-// The robot with what the rotors add to its mass and inertia.
+// Counts of a pulse-width modulator, of which `full_scale` is the supply's voltage: the nearest
+// whole number, within +-full_scale.
 template <class Base>
-constexpr Robot<Base> with_rotors(const Robot<Base>& robot, const Motor<Base>& motor) {
-  const Base at_rim = motor.gear_ratio * motor.gear_ratio * motor.rotor_inertia /
-                      (robot.wheel_radius * robot.wheel_radius);
-  Robot<Base> loaded = robot;
+constexpr int pulse_width(const Motor<Base>& motor, Base voltage, int full_scale) {
+  const Base counts = motor.supplied(voltage) * (Base(full_scale) / motor.supply_voltage);
+  return static_cast<int>(counts < Base(0) ? counts - Base(0.5) : counts + Base(0.5));
+}
+
+// The robot with what the rotors add to its mass and inertia.
+template <class Number, class Base>
+constexpr Robot<Number> with_rotors(const Robot<Number>& robot, const Motor<Base>& motor) {
+  const Number at_rim = Number(motor.gear_ratio * motor.gear_ratio * motor.rotor_inertia) /
+                        (robot.wheel_radius * robot.wheel_radius);
+  Robot<Number> loaded = robot;
   loaded.mass = robot.mass + Base(2) * at_rim;
   loaded.inertia = robot.inertia + at_rim * robot.track_width * robot.track_width * Base(0.5);
   return loaded;
 }
 
 // A plant (plant.hpp) whose input is the pair of voltages [V], in the paper's sign as torques are.
-template <class Base>
+template <class Number>
 class MotorDrive {
  public:
+  using Base = base_t<Number>;
   using Parameters = Motor<Base>;
-  static constexpr int size = DifferentialDrive<Base>::size;
+  static constexpr int size = DifferentialDrive<Number>::size;
 
-  // `dt` is the sample time [s], divided into `substeps` equal steps.
-  constexpr MotorDrive(const Robot<Base>& robot, const Motor<Base>& motor, Integrator integrator,
-                       Base dt, int substeps)
-      : drive_(with_rotors(robot, motor), {motor.damping(), motor.coulomb_friction}, integrator, dt,
-               substeps),
-        torque_per_volt_(motor.torque_per_volt()),
-        supply_(motor.supply_voltage) {}
+  // `dt` is the sample time [s], divided into `substeps` equal steps. `more` is friction besides
+  // the motors' own.
+  constexpr MotorDrive(const Robot<Number>& robot, const Motor<Base>& motor, Integrator integrator,
+                       Base dt, int substeps, const Friction<Number>& more = {})
+      : drive_(with_rotors(robot, motor),
+               {more.viscous + motor.damping(), more.coulomb + motor.coulomb_friction}, integrator,
+               dt, substeps),
+        motor_(motor) {}
 
   template <class Scalar>
   NFOPIDN_INLINE constexpr void advance(State<Scalar>& state, const Heading<Scalar>& heading,
                                         const TorquePair<Scalar>& voltage,
-                                        const Disturbance<Base>* outside = nullptr) const {
-    drive_.advance(state, heading,
-                   TorquePair<Scalar>{supplied(voltage.left) * torque_per_volt_,
-                                      supplied(voltage.right) * torque_per_volt_},
+                                        const Disturbance<Number>* outside = nullptr) const {
+    drive_.advance(state, heading, TorquePair<Scalar>{torque(voltage.left), torque(voltage.right)},
                    outside);
   }
 
   // The voltages that give the accelerations at the state's speeds, with the viscous friction and
-  // the back EMF made up for and without Coulomb friction. The supply's limit is not applied.
+  // the back EMF made up for and without Coulomb friction and dead band. The supply's limit is not
+  // applied.
   template <class Scalar>
   constexpr TorquePair<Scalar> inverse(const State<Scalar>& state, const Scalar& linear,
                                        const Scalar& angular) const {
     const TorquePair<Scalar> torque = drive_.inverse(state, linear, angular);
-    const Base volts = Base(1) / torque_per_volt_;
+    const Base volts = Base(1) / motor_.torque_per_volt();
     return {torque.left * volts, torque.right * volts};
   }
 
   constexpr bool is_exact() const { return drive_.is_exact(); }
+  constexpr const Motor<Base>& motor() const { return motor_; }
 
   template <class Scalar>
   static constexpr Heading<Scalar> heading(const State<Scalar>& state) {
-    return DifferentialDrive<Base>::heading(state);
+    return DifferentialDrive<Number>::heading(state);
   }
 
  private:
+  // Of the motor at standstill: the back EMF is friction of the drive.
   template <class Scalar>
-  NFOPIDN_INLINE constexpr Scalar supplied(const Scalar& voltage) const {
-    using M = math<Scalar>;
-    return M::maximum(M::minimum(voltage, Scalar(supply_)), Scalar(-supply_));
+  NFOPIDN_INLINE constexpr Scalar torque(const Scalar& voltage) const {
+    return motor_.effective(motor_.supplied(voltage)) * motor_.torque_per_volt();
   }
 
-  DifferentialDrive<Base> drive_;
-  Base torque_per_volt_;  // [N m/V]
-  Base supply_;           // [V]
+  DifferentialDrive<Number> drive_;
+  Motor<Base> motor_;
 };
 
 }  // namespace nfopidn

@@ -18,7 +18,7 @@ constexpr int most_rival_numbers = 16;   // of a law's settings and its integral
 constexpr int most_table_entries = 256;  // of the regulator's gains
 
 struct RivalJob {
-  const DifferentialDrive<double>* plant;
+  const RobotDrive<double>* plant;
   const LoopInputs<double>* inputs;  // for costs with headings; with noise, of zeros if need be
   const State<double>* start;
   rivals::Model<double> model;

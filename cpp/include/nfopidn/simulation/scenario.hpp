@@ -8,11 +8,9 @@
 #include <vector>
 
 #include "nfopidn/foundation/host.hpp"
-#include "nfopidn/loop/closed_loop.hpp"
-#include "nfopidn/math/counter_noise.hpp"
-#include "nfopidn/math/random.hpp"
-#include "nfopidn/parallel/interruption.hpp"
+#include "nfopidn/loop/delay_line.hpp"
 #include "nfopidn/plant/feedforward.hpp"
+#include "nfopidn/plant/motor.hpp"
 #include "nfopidn/simulation/samples.hpp"
 
 namespace nfopidn {
@@ -36,6 +34,8 @@ struct Scenario {
   Robot<double> robot;
   // The robot that the reference torques are computed for, where it is not the true one.
   std::optional<Robot<double>> model;
+  // What gives the torques; none: they arrive as they are commanded.
+  std::optional<Motor<double>> motor;
   std::optional<std::array<double, 3>> initial_pose;  // x, y [m], theta [rad]
   InitialVelocity initial_velocity;
   double torque_limit = 3.078;  // [N m]
@@ -52,6 +52,9 @@ struct Scenario {
   double viscous_friction = 0;
   double coulomb_friction = 0;
   std::array<double, 2> pose_noise = {0, 0};
+  int encoder_counts = 0;  // a revolution of a wheel; 0: the pose is measured
+  // Relative, of the left and the right wheel's radius and of the track, as odometry has them.
+  std::array<double, 3> odometry_errors = {0, 0, 0};
   int delay = 0;
   double divergence_distance = 10;
   std::array<double, 3> cost_weights = {1, 1, 1};  // of position, heading and torque errors
@@ -100,6 +103,16 @@ struct Scenario {
     visit(field("model", &S::model, "kg, kg m^2, m, m", any_number(),
                 "robot that feedforward torques are computed for; null (in words: robot): the "
                 "true one"));
+    visit(field("motor", &S::motor, "ohm, N m/A, V s/rad, , kg m^2, N m s/rad, N m, V, V",
+                any_number(),
+                "behind each wheel, which turns torques into voltages; null (in words: none): "
+                "torques arrive as they are commanded"));
+    visit(field("encoder_counts", &S::encoder_counts, "", between(0, 1e6),
+                "of each wheel's encoder in a revolution, from which odometry makes the pose that "
+                "the controller is shown; 0: the pose is measured"));
+    visit(field("odometry_errors", &S::odometry_errors, "", between(-0.5, 0.5),
+                "relative errors of the left and the right wheel's radius and of the track, as "
+                "odometry has them"));
     visit(field("feedforward_limit", &S::feedforward_limit, "N m", between(1e-6, 1e6),
                 "limit of each wheel's reference torque; null (in words: none): no limit"));
     visit(field("friction_feedforward", &S::friction_feedforward, "N m s/rad, N m", between(0, 1e3),
@@ -118,49 +131,7 @@ struct Scenario {
   }
 };
 
-// A scenario made ready to run: samples as the loop takes them.
-struct PreparedRun {
-  std::vector<ReferenceSample<double>> reference;
-  std::vector<Measurement<double>> noise;  // empty without noise
-  std::vector<Disturbance<double>> disturbance;
-  State<double> start;
-  DifferentialDrive<double> plant;
-  ControlLimits<double> limits;
-  LoopInputs<double> inputs() const;
-  // The cosine and sine of each reference heading, which the lanes take.
-  std::vector<Heading<double>> reference_headings() const {
-    std::vector<Heading<double>> headings;
-    headings.reserve(reference.size());
-    for (const auto& sample : reference) headings.push_back(math<double>::heading(sample.theta));
-    return headings;
-  }
-  // How this thread's present work is interrupted.
-  Poll poll() const { return Interruption::poll(scenario->substeps); }
-  const Scenario* scenario;
-};
-
 namespace detail {
-
-// What is fed forward, and what eq. 41 compares the torque with.
-inline TorquePair<double> reference_torque(const Scenario& scenario, Eigen::Index k) {
-  const Trajectory& t = scenario.trajectory;
-  const std::array<double, 2>& friction = scenario.friction_feedforward;
-  TorquePair<double> torque = reference_torques(
-      scenario.modelled_robot(), {friction[0], friction[1], scenario.friction_feedforward_speed},
-      t.v(k), t.omega(k), t.acceleration(k), t.turn_acceleration(k));
-  if (const std::optional<double>& limit = scenario.feedforward_limit) {
-    torque.left = std::clamp(torque.left, -*limit, *limit);
-    torque.right = std::clamp(torque.right, -*limit, *limit);
-  }
-  return torque;
-}
-
-inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen::Index k) {
-  const Trajectory& t = scenario.trajectory;
-  const TorquePair<double> torque = reference_torque(scenario, k);
-  return {t.x(k),     t.y(k),      t.theta(k),   t.v(k),
-          t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
-}
 
 inline State<double> start_state(const Scenario& scenario) {
   const Trajectory& t = scenario.trajectory;
@@ -172,58 +143,7 @@ inline State<double> start_state(const Scenario& scenario) {
   return {pose[0], pose[1], pose[2], speeds[0], speeds[1]};
 }
 
-// Fills the noise of each sample, if there is any. normal(n) gives the standard normals, asked for
-// in order.
-template <class Normal>
-void fill_noise(const std::array<double, 2>& deviation, const Normal& normal,
-                std::vector<Measurement<double>>& noise) {
-  std::uint64_t number = 0;
-  for (auto& sample : noise) {
-    constexpr std::uint64_t seldom = 12288;  // three a sample
-    if (number % seldom == 0 && Interruption::stops_here()) break;
-    sample.x = deviation[0] * normal(number++);
-    sample.y = deviation[0] * normal(number++);
-    sample.theta = deviation[1] * normal(number++);
-  }
-}
-
-inline void draw_noise(const Scenario& scenario, std::vector<Measurement<double>>& noise) {
-  const std::array<double, 2>& deviation = scenario.pose_noise;
-  if (!(deviation[0] > 0 || deviation[1] > 0)) return;
-  noise.resize(static_cast<std::size_t>(scenario.trajectory.size()));
-  if (scenario.noise_source == NoiseSource::counter) {
-    const CounterNoise source(scenario.seed);
-    fill_noise(
-        deviation, [&](std::uint64_t number) { return source.normal(number); }, noise);
-  } else {
-    Random random(scenario.seed);
-    fill_noise(
-        deviation, [&](std::uint64_t /*number*/) { return random.normal(); }, noise);
-  }
-}
-
 }  // namespace detail
-
-// The scenario must outlive what is prepared from it, and its trajectory must not be empty.
-PreparedRun prepare(const Scenario&& scenario) = delete;
-NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario);
-
-inline LoopInputs<double> PreparedRun::inputs() const {
-  LoopInputs<double> in;
-  in.reference = reference.data();
-  in.samples = static_cast<int>(reference.size());
-  in.noise = noise.empty() ? nullptr : noise.data();
-  const bool calm =
-      disturbance.size() == 1 && disturbance[0].force == 0 && disturbance[0].moment == 0;
-  in.disturbance = calm ? nullptr : disturbance.data();
-  in.disturbance_by_sample = disturbance.size() > 1;
-  in.delay = scenario->delay;
-  in.feedforward = scenario->feedforward;
-  in.divergence_distance = scenario->divergence_distance;
-  const std::array<double, 3>& weights = scenario->cost_weights;
-  in.cost_weights = {weights[0], weights[1], weights[2]};
-  return in;
-}
 
 // What is wrong with a scenario as a whole, its fields each being in range.
 NFOPIDN_HOST Finding check_consistency(const Scenario& scenario);
@@ -233,28 +153,6 @@ NFOPIDN_HOST Finding check_consistency(const Scenario& scenario);
 #ifdef NFOPIDN_DEFINES_SIMULATION
 
 namespace nfopidn {
-
-NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario) {
-  const StandardArithmetic arithmetic;
-  const Trajectory& t = scenario.trajectory;
-  PreparedRun run{{},
-                  {},
-                  {},
-                  detail::start_state(scenario),
-                  DifferentialDrive<double>(scenario.robot,
-                                            {scenario.viscous_friction, scenario.coulomb_friction},
-                                            scenario.integrator, t.dt(), scenario.substeps),
-                  {scenario.torque_limit, std::max(t.peak_speed(), least_speed_scale), t.dt()},
-                  &scenario};
-  const auto count = static_cast<std::size_t>(t.size());
-  run.reference.reserve(count);
-  for (Eigen::Index k = 0; k < t.size(); ++k) {
-    run.reference.push_back(detail::reference_sample(scenario, k));
-  }
-  for (const auto& pair : scenario.disturbance) run.disturbance.push_back({pair[0], pair[1]});
-  detail::draw_noise(scenario, run.noise);
-  return run;
-}
 
 NFOPIDN_HOST Finding check_consistency(const Scenario& scenario) {
   const Trajectory& t = scenario.trajectory;

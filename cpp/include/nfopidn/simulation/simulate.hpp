@@ -10,6 +10,7 @@
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/long_memory/modal.hpp"
 #include "nfopidn/simulation/metrics.hpp"
+#include "nfopidn/simulation/prepared_run.hpp"
 
 namespace nfopidn {
 

@@ -127,7 +127,8 @@ NFOPIDN_HOST BatchEvaluator::BatchEvaluator(PreparedRun run,
 }
 
 NFOPIDN_HOST void BatchEvaluator::set_instruction_set(InstructionSet set) {
-  kernels_ = tap_count() <= batch_capacity ? batch_kernels(set) : BatchKernels{};
+  const bool has_lanes = tap_count() <= batch_capacity && !run_.encoders;
+  kernels_ = has_lanes ? batch_kernels(set) : BatchKernels{};
 }
 
 NFOPIDN_HOST void BatchEvaluator::costs_of_laws(const double* laws, int candidates, double* costs,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "nfopidn/loop/closed_loop.hpp"
+#include "nfopidn/plant/robot_drive.hpp"
 
 namespace nfopidn {
 
@@ -34,7 +35,7 @@ class BoundedMeter : public CostMeter<Scalar> {
 };
 
 struct BatchJob {
-  const DifferentialDrive<double>* plant;
+  const RobotDrive<double>* plant;
   const LoopInputs<double>* inputs;  // for costs with headings, for gradients without
   const State<double>* start;
   const ControllerSettings<double>* structure;

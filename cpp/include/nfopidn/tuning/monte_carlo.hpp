@@ -37,10 +37,10 @@ inline std::vector<double> lane_law_of(const ControllerDesign& design) {
   return numbers;
 }
 
-// Whether lanes can run it: memory up to 5, and no disturbance by the sample.
+// Whether lanes can run it: memory up to 5, a measured pose, no disturbance by the sample.
 inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
   if (design.memory.is_long() || design.memory + 2 > small_capacity) return false;
-  return scenario.disturbance.size() == 1;
+  return scenario.disturbance.size() == 1 && scenario.encoder_counts == 0;
 }
 
 // What runs in lanes have in common: the path, and a controller.
@@ -84,6 +84,7 @@ class LaneSetting {
                                structure_.memory + 2,
                                static_cast<int>(law_.size()),
                                calm_.initial_velocity.reference,
+                               calm_.motor ? &*calm_.motor : nullptr,
                                calm_.integrator,
                                calm_.trajectory.dt(),
                                calm_.substeps,

@@ -33,7 +33,8 @@ struct MonteCarloJob {
   const double* law;  // [law_size] of all runs, as in BatchJob
   int tap_count;      // at most small_capacity
   int law_size;
-  bool in_motion;  // the robots start with the reference's speed
+  bool in_motion;              // the robots start with the reference's speed
+  const Motor<double>* motor;  // of all runs; may be null
   Integrator integrator;
   double sample_time;
   int substeps;
