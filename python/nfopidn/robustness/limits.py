@@ -77,14 +77,21 @@ def _scaled(scenario: Scenario, factor: float) -> Scenario:
     )
 
 
-def find_limits(on_path: OnPath) -> Limits:
-    """Find the limits of a loop that stays on its path as it is."""
+def bearable_delay(on_path: OnPath) -> int:
+    """Give how many samples of delay a loop bears that stays on its path as it is."""
     base = on_path.scenario
     delay = 0
     while base.delay + delay < _MOST_DELAY and on_path.stays(
         base.replace(delay=base.delay + delay + 1)
     ):
         delay += 1
+    return delay
+
+
+def find_limits(on_path: OnPath) -> Limits:
+    """Find the limits of a loop that stays on its path as it is."""
+    base = on_path.scenario
+    delay = bearable_delay(on_path)
 
     def bears_mass(logarithm: float) -> bool:
         return on_path.stays(_scaled(base, float(np.exp(logarithm))))
