@@ -11,7 +11,7 @@ import numpy as np
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn.arguments import is_number, shown, suggestion
-from nfopidn.robustness.limits import bearable_delay, find_margin
+from nfopidn.robustness.limits import MOST_DELAY, bearable_delay, find_margin
 from nfopidn.robustness.long_runs import OnPath
 from nfopidn.search.optimise import Array
 
@@ -161,24 +161,25 @@ class Judge:
 
     def loop_values(self, controller: Controller | Rival) -> dict[str, float]:
         """Give each constraint of the loop: the worst of the scenarios that were given."""
-        found: dict[str, list[float]] = {limit.name: [] for limit in self.of_loop}
-        if found:
-            for scenario in self.given:
-                for name, value in _loop_of(controller, scenario, set(found)).items():
-                    found[name].append(value)
+        if not self.of_loop:
+            return {}
+        names = {limit.name for limit in self.of_loop}
+        rows = [Loop.of(controller, scenario, names) for scenario in self.given]
         result = {}
         for limit in self.of_loop:
-            values = np.array(found[limit.name])
-            result[limit.name] = float(values[int(np.argmax(limit.violation(values)))])
-            if not limit.violation(values).any():
-                result[limit.name] = float(values.min())
+            values = np.array([row.values[limit.name] for row in rows])
+            far = limit.violation(values)
+            result[limit.name] = float(values[np.argmax(far)] if far.any() else values.min())
         return result
 
     def loop_violation(self, controller: Controller | Rival) -> float:
-        """Give the sum of violations of the constraints of the loop."""
-        values = self.loop_values(controller)
-        rows = (limit.violation(np.array([values[limit.name]])) for limit in self.of_loop)
-        return float(sum(float(row[0]) for row in rows))
+        """Give the sum of violations of the constraints of the loop over the scenarios."""
+        names = {limit.name for limit in self.of_loop}
+        total = 0.0
+        for scenario in self.given if names else []:
+            row = Loop.of(controller, scenario, names)
+            total += sum(row.violation(limit) for limit in self.of_loop)
+        return total
 
     def table(self, controller: Controller | Rival) -> dict[str, dict[str, Any]]:
         """Give for each constraint its value, limits, unit, and whether it is met."""
@@ -206,21 +207,43 @@ class Judge:
         return "; ".join(texts)
 
 
-def _loop_of(
-    controller: Controller | Rival, scenario: Scenario, names: set[str]
-) -> dict[str, float]:
-    """Give what the verdict on one scenario would say; 0 of a loop that is off its path."""
-    # It runs on robots that it is not made for, which are not to be warned about.
-    anyones = controller.replace(robot=None) if isinstance(controller, Controller) else controller
-    on_path = OnPath(scenario, anyones)
-    if not on_path.stays_nominal:
-        return dict.fromkeys(names, 0.0)
-    # Where the margins are found by simulation, the delay that is borne is that of the delay too.
-    delay = bearable_delay(on_path)
-    found = {"delay_bearable": float(delay)}
-    if names - {"delay_bearable"}:
-        margin = find_margin(on_path, scenario, delay)
-        found["gain_margin"] = margin.decibels
-        found["phase_margin"] = margin.phase
-        found["delay_margin"] = margin.delay
-    return {name: found[name] for name in names}
+@dataclass(frozen=True)
+class Loop:
+    """What the verdict on one scenario would say of a loop; 0 of one that is off its path."""
+
+    values: dict[str, float]
+    #: In [0, 1]: how far the first run that does not stay on the path is from it, which is that of
+    #: the scenario itself, or the one with a sample more than the delay that is borne.
+    shortfall: float
+
+    @classmethod
+    def of(cls, controller: Controller | Rival, scenario: Scenario, names: set[str]) -> Loop:
+        """Analyse a loop; `names` are the values that are wanted."""
+        # It runs on robots that it is not made for, which are not to be warned about.
+        is_rival = isinstance(controller, Rival)
+        anyones = controller if is_rival else controller.replace(robot=None)
+        on_path = OnPath(scenario, anyones)
+        base = on_path.scenario
+        if not on_path.stays_nominal:
+            return cls(dict.fromkeys(names, 0.0), 1.0)
+        # Where the margins are found by simulation, the delay that is borne is that of the delay.
+        delay = bearable_delay(on_path)
+        found = {"delay_bearable": float(delay)}
+        shortfall = 0.0
+        if "delay_bearable" in names and base.delay + delay < MOST_DELAY:
+            shortfall = on_path.shortfall(base.replace(delay=base.delay + delay + 1))
+        if names - {"delay_bearable"}:
+            margin = find_margin(on_path, scenario, delay)
+            found["gain_margin"] = margin.decibels
+            found["phase_margin"] = margin.phase
+            found["delay_margin"] = margin.delay
+        return cls({name: found[name] for name in names}, shortfall)
+
+    def violation(self, limit: Limit) -> float:
+        """Give by how much a limit is broken: of the delay without the steps of whole samples."""
+        value = self.values[limit.name]
+        found = float(limit.violation(np.array([value]))[0])
+        if found > 0 and limit.name == "delay_bearable" and value < limit.low:
+            share = (limit.low - value - 1.0 + self.shortfall) / limit.low
+            return max(share, 1e-9) / (1.0 + max(share, 1e-9))
+        return found

@@ -175,9 +175,7 @@ def tune(  # type: ignore[misc]  # the overloads leave the other arguments to th
         warn_of_reference_torques("tune", given, above=3)
         if objectives is not None:
             if constraints is not None:
-                raise ValueError(
-                    "constraints are of a search for one cost; objectives must be None"
-                )
+                raise ValueError("constraints is of one cost; must be None with objectives")
             return search_front(
                 *(plan, objectives, settings, callback, population, given, family),
             )
