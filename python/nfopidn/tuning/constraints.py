@@ -44,21 +44,32 @@ class Limit:
     high: float
 
     def is_met(self, value: float) -> bool:
-        """Whether a value is allowed; nan, what is not known, never is."""
-        return self.low <= value <= self.high
+        """Whether a value is allowed: never one that is not known, or of a run that diverges."""
+        return not self.violation(np.array([value])).any()
 
     def violation(self, values: Array) -> Array:
-        """By how much values (n,) are beyond it, as a share of the limit, at most 1; 0: not."""
-        over = np.maximum(self._beyond(values - self.high, self.high), 0.0)
-        under = np.maximum(self._beyond(self.low - values, self.low), 0.0)
-        share = np.maximum(over, under)
-        return np.where(np.isnan(values), 1.0, share / (1.0 + share))
+        """By how much values (n,) are beyond it, as a share of the limit, at most 1; 0: not.
 
-    @staticmethod
-    def _beyond(distance: Array, limit: float) -> Array:
-        if np.isinf(limit):
-            return np.zeros(len(distance))
-        return np.asarray(np.minimum(distance / (abs(limit) or 1.0), 1e9))
+        An infinite metric is of a run that diverges, or never settles. An infinite margin is one.
+        """
+        known = ~np.isnan(values) if self.name in LOOP_CONSTRAINTS else np.isfinite(values)
+        share = np.zeros(len(values))
+        for limit, side in ((self.high, 1.0), (self.low, -1.0)):
+            if np.isfinite(limit):
+                beyond = side * (values[known] - limit) / (abs(limit) or 1.0)
+                share[known] = np.maximum(share[known], beyond)
+        return np.where(known, share / (1.0 + share), 1.0)
+
+    def worst_of(self, values: Array) -> Array:
+        """Give of each row (n, scenarios) the value that is farthest beyond, or else nearest."""
+        far = np.stack([self.violation(column) for column in values.T], axis=1)
+        near = np.full(values.shape, -np.inf)
+        if np.isfinite(self.high):
+            near = np.maximum(near, values - self.high)
+        if np.isfinite(self.low):
+            near = np.maximum(near, self.low - values)
+        order = np.where(far.any(axis=1, keepdims=True), far, near)
+        return np.asarray(values[np.arange(len(values)), np.argmax(order, axis=1)])
 
     @property
     def words(self) -> str:
@@ -139,12 +150,7 @@ class Judge:
                 values = rows[:, :, _PLACES[limit.name]]
                 if limit.name != "cost":  # the samples before a divergence are no whole run
                     values = np.where(lost, np.inf, values)
-                far = np.stack([limit.violation(column) for column in values.T], axis=1)
-                # Where none is beyond it, the one that is nearest to it.
-                near = -np.minimum(limit.high - values, values - limit.low)
-                order = np.where(far.max(axis=1, keepdims=True) > 0, far, near)
-                worst = np.argmax(order, axis=1)
-                found[limit.name] = values[np.arange(len(values)), worst]
+                found[limit.name] = limit.worst_of(values)
         if self._counts:
             rows = _core.measure_runs(self.searched, controllers, self.workers, warns=False)
             lost = np.isfinite(rows[:, :, _PLACES["diverged_at"]])
@@ -165,12 +171,12 @@ class Judge:
             return {}
         names = {limit.name for limit in self.of_loop}
         rows = [Loop.of(controller, scenario, names) for scenario in self.given]
-        result = {}
-        for limit in self.of_loop:
-            values = np.array([row.values[limit.name] for row in rows])
-            far = limit.violation(values)
-            result[limit.name] = float(values[np.argmax(far)] if far.any() else values.min())
-        return result
+        return {
+            limit.name: float(
+                limit.worst_of(np.array([[row.values[limit.name] for row in rows]]))[0]
+            )
+            for limit in self.of_loop
+        }
 
     def loop_violation(self, controller: Controller | Rival) -> float:
         """Give the sum of violations of the constraints of the loop over the scenarios."""
