@@ -132,6 +132,43 @@ TEST(MeasuredRuns, NeighboursShareLanesOnlyWhereTheyMay) {
   }
 }
 
+TEST(MeasuredRuns, DrawnRunsAreRunsOneByOne) {
+  std::vector<std::size_t> drawn;
+  for (std::size_t i = 0; i < drawn_parameters().size(); ++i) {
+    const std::string name = drawn_parameters()[i].name;
+    if (name == "mass" || name == "coulomb_friction" || name == "delay") drawn.push_back(i);
+  }
+  ASSERT_EQ(drawn.size(), 3U);
+  for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::exact}) {
+    Scenario base = measured_scenario(NoiseSource::mersenne);  // drawn runs have their own
+    base.integrator = integrator;
+    const DrawnScenarios scenarios(base, drawn);
+    constexpr int count = 80;
+    std::vector<double> values;
+    Random random(5);
+    for (int i = 0; i < count; ++i) {
+      values.push_back(random.uniform(9, 14));
+      values.push_back(i % 3 == 0 ? 0.05 : 0.0);  // exactly integrated it goes alone
+      values.push_back(i % 4);
+    }
+    const ControllerDesign design;
+    const RunDriver lanes(design);
+    const RunDriver alone(
+        [&](const Scenario& one) { return simulate_as_drawn(one, ControllerDesign()); });
+    for (const RunDriver* driver : {&lanes, &alone}) {
+      std::vector<RunFigures> figures(count);
+      ThreadPool pool(2);
+      measure_drawn(scenarios, *driver, values.data(), count, {9, 2}, figures.data(), pool);
+      Scenario own = scenarios.base();
+      for (int i = 0; i < count; i += 7) {
+        scenarios.apply(values.data() + std::ptrdiff_t{3} * i, RunSeeds{9, 2}[i], own);
+        expect_same_figures(figures[static_cast<std::size_t>(i)], simulate_as_drawn(own, design),
+                            std::to_string(i).c_str());
+      }
+    }
+  }
+}
+
 TEST(RunFigures, SettlingIsTheLastTimeOutside) {
   SimulationResult run;
   run.table = RunTable::Zero(4, column_count);

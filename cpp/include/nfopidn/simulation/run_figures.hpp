@@ -44,7 +44,8 @@ inline double settling_time(const SimulationResult& run) {
   for (Eigen::Index k = table.rows(); k-- > 0;) {
     const double x = table(k, column_e_x), y = table(k, column_e_y);
     if (!(std::sqrt(x * x + y * y) > settled_within)) continue;
-    return k + 1 == table.rows() ? never : table(k, column_t);
+    if (k + 1 == table.rows()) return never;
+    return table(k, column_t);
   }
   return 0;
 }

@@ -54,9 +54,10 @@ class LaneRecording {
     const LoopInputs<double> inputs = run_.inputs();
     CostMeter<double> meter(inputs.divergence_distance, inputs.cost_weights);
     const auto lanes = static_cast<std::ptrdiff_t>(block.lanes);
+    const std::ptrdiff_t row = lane_column_count * lanes;
     int k = 0;
     for (; k < block.completed; ++k) {
-      const double* sample = block.samples + k * lane_column_count * lanes + lane;
+      const double* sample = block.samples + row * k + lane;
       const auto number = [&](LaneColumn column) { return sample[column * lanes]; };
       const State<double> state = {number(lane_x), number(lane_y), number(lane_theta),
                                    number(lane_v), number(lane_omega)};

@@ -1,6 +1,7 @@
 // L4. What runs in lanes have in common, and which runs may go there.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -87,6 +88,31 @@ class LaneSetting {
   std::unique_ptr<PreparedRun> run_;
   std::vector<Heading<double>> headings_;  // of the reference
 };
+
+// A run that waits for others of its delay, and where its result goes.
+template <class Result>
+struct WaitingRun {
+  int delay;
+  Result* result;
+  LaneRun run;
+};
+
+// Lanes have one delay: calls use(first, runs) for the runs of each, which are those from `first`
+// on.
+template <class Result, class Use>
+void for_each_delay(std::vector<WaitingRun<Result>>& waiting, const Use& use) {
+  using Waiting = WaitingRun<Result>;
+  const auto less = [](const Waiting& a, const Waiting& b) { return a.delay < b.delay; };
+  std::stable_sort(waiting.begin(), waiting.end(), less);
+  std::vector<LaneRun> runs;
+  for (auto from = waiting.begin(); from != waiting.end();) {
+    const auto until = std::upper_bound(from, waiting.end(), *from, less);
+    runs.clear();
+    for (auto one = from; one != until; ++one) runs.push_back(one->run);
+    use(&*from, runs);
+    from = until;
+  }
+}
 
 // Whether simulate_as_drawn() has it in the arithmetic of lanes.
 inline bool runs_as_drawn(const Scenario& scenario, const ControllerDesign& design) {

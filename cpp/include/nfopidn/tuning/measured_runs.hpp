@@ -37,6 +37,12 @@ NFOPIDN_HOST void measure_draws(const Scenario& scenario, const RunDriver& drive
                                 const std::uint64_t* seeds, std::ptrdiff_t count,
                                 RunFigures* figures, ThreadPool& pool);
 
+// The runs of a Monte Carlo analysis, as MonteCarloRuns has them; values: [count][drawn_count()],
+// figures: [count].
+NFOPIDN_HOST void measure_drawn(const DrawnScenarios& scenarios, const RunDriver& driver,
+                                const double* values, std::ptrdiff_t count, const RunSeeds& seeds,
+                                RunFigures* figures, ThreadPool& pool);
+
 }  // namespace nfopidn
 
 #ifdef NFOPIDN_DEFINES_TUNING
@@ -109,6 +115,46 @@ class LaneMeasurement {
   const LaneSetting* setting_ = nullptr;
   std::optional<LaneRecording> recording_;
   std::vector<LaneRun> runs_;
+};
+
+// A thread's share of drawn runs, which are measured piece by piece.
+class DrawnMeasurement {
+ public:
+  // Without a setting all go one by one.
+  DrawnMeasurement(const DrawnScenarios& scenarios, const RunDriver& driver,
+                   const LaneSetting* setting)
+      : scenarios_(scenarios), driver_(driver), scenario_(scenarios.base()) {
+    if (setting != nullptr) recording_.emplace(*setting);
+  }
+
+  void run(const double* values, std::ptrdiff_t count, const RunSeeds& seeds, RunFigures* figures) {
+    const auto width = static_cast<std::ptrdiff_t>(scenarios_.drawn_count());
+    waiting_.clear();
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      scenarios_.apply(values + i * width, seeds[i], scenario_);
+      if (recording_ && runs_in_lanes(scenario_, *driver_.design)) {
+        waiting_.push_back({scenario_.delay, figures + i, LaneSetting::own(scenario_)});
+      } else {
+        figures[i] = figures_of(driver_.simulate(scenario_));
+      }
+    }
+    for_each_delay(waiting_, [&](const Waiting* first, const std::vector<LaneRun>& runs) {
+      recording_->run(runs.data(), static_cast<int>(runs.size()), first->delay, kernel_,
+                      [&](int run, const SimulationResult& result) {
+                        *first[run].result = figures_of(result);
+                      });
+    });
+  }
+
+ private:
+  using Waiting = WaitingRun<RunFigures>;
+
+  const DrawnScenarios& scenarios_;
+  const RunDriver& driver_;
+  Scenario scenario_;
+  std::optional<LaneRecording> recording_;
+  LaneRecording::Kernel kernel_ = batch_kernels(best_instruction_set()).record;
+  std::vector<Waiting> waiting_;
 };
 
 // run_of(i) and simulate(driver, i) give the run i of the list, as a lane and alone.
@@ -192,6 +238,27 @@ NFOPIDN_HOST void measure_draws(const Scenario& scenario, const RunDriver& drive
         return own.simulate(drawn);
       },
       pool);
+}
+
+NFOPIDN_HOST void measure_drawn(const DrawnScenarios& scenarios, const RunDriver& driver,
+                                const double* values, std::ptrdiff_t count, const RunSeeds& seeds,
+                                RunFigures* figures, ThreadPool& pool) {
+  const StandardArithmetic arithmetic;
+  std::unique_ptr<LaneSetting> setting;
+  if (driver.design.has_value() && !scenarios.draws("path_scale") &&
+      runs_in_lanes(scenarios.base(), *driver.design)) {
+    setting = std::make_unique<LaneSetting>(scenarios.base(), *driver.design);
+  }
+  const auto width = static_cast<std::ptrdiff_t>(scenarios.drawn_count());
+  constexpr std::ptrdiff_t piece = detail::measured_together;
+  pool.for_each_share(count, piece, [&](std::ptrdiff_t first, std::ptrdiff_t share) {
+    const StandardArithmetic own_arithmetic;
+    detail::DrawnMeasurement runs(scenarios, driver, setting.get());
+    for (std::ptrdiff_t done = 0; done < share && !Interruption::stops_here(); done += piece) {
+      const std::ptrdiff_t at = first + done;
+      runs.run(values + at * width, std::min(piece, share - done), seeds.from(at), figures + at);
+    }
+  });
 }
 
 }  // namespace nfopidn

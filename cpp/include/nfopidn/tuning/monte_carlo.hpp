@@ -77,41 +77,26 @@ class MonteCarloRuns {
       for (std::ptrdiff_t i = 0; i < count; ++i) {
         owner_.scenarios_.apply(values + i * width, seeds[i], scenario_);
         if (setting_ != nullptr && runs_in_lanes(scenario_, *owner_.design_)) {
-          waiting_.push_back({scenario_.delay, costs + i, setting_->own(scenario_)});
+          waiting_.push_back({scenario_.delay, costs + i, LaneSetting::own(scenario_)});
         } else {
           costs[i] = owner_.evaluate_(scenario_);
         }
       }
-      run_waiting();
+      for_each_delay(waiting_, [&](const Waiting* first, const std::vector<LaneRun>& runs) {
+        results_.resize(runs.size());
+        setting_->with_job(runs.data(), static_cast<int>(runs.size()), first->delay,
+                           results_.data(), owner_.kernel_);
+        for (std::size_t i = 0; i < runs.size(); ++i) *first[i].result = results_[i];
+      });
     }
 
    private:
-    struct Waiting {
-      int delay;
-      double* cost;
-      LaneRun run;
-    };
-
-    // Lanes have one delay.
-    void run_waiting() {
-      const auto less = [](const Waiting& a, const Waiting& b) { return a.delay < b.delay; };
-      std::stable_sort(waiting_.begin(), waiting_.end(), less);
-      for (auto from = waiting_.begin(); from != waiting_.end();) {
-        const auto until = std::upper_bound(from, waiting_.end(), *from, less);
-        runs_.clear();
-        for (auto one = from; one != until; ++one) runs_.push_back(one->run);
-        results_.resize(runs_.size());
-        setting_->with_job(runs_.data(), static_cast<int>(runs_.size()), from->delay,
-                           results_.data(), owner_.kernel_);
-        for (const double result : results_) *(from++)->cost = result;
-      }
-    }
+    using Waiting = WaitingRun<double>;
 
     const MonteCarloRuns& owner_;
     const LaneSetting* setting_;  // null: one by one
     Scenario scenario_;
     std::vector<Waiting> waiting_;
-    std::vector<LaneRun> runs_;
     std::vector<double> results_;
   };
 
@@ -132,7 +117,7 @@ NFOPIDN_HOST SimulationResult simulate_as_drawn(const Scenario& scenario,
   if (!runs_as_drawn(scenario, design)) return simulate(scenario, design);
   const StandardArithmetic arithmetic;
   const LaneSetting setting(scenario, design);
-  const LaneRun own = setting.own(scenario);
+  const LaneRun own = LaneSetting::own(scenario);
   SimulationResult result;
   LaneRecording(setting).run(&own, 1, scenario.delay,
                              batch_kernels(narrowest_instruction_set()).record,
