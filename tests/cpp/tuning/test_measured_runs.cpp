@@ -132,6 +132,41 @@ TEST(MeasuredRuns, NeighboursShareLanesOnlyWhereTheyMay) {
   }
 }
 
+TEST(MeasuredRuns, EveryInstructionSetRecordsTheSameSamples) {
+  const ControllerDesign design;
+  const Scenario scenario = measured_scenario(NoiseSource::counter);
+  const LaneSetting setting(scenario, design);
+  std::vector<LaneRun> runs;
+  for (std::uint64_t seed = 0; seed < 19; ++seed) {
+    runs.push_back(LaneSetting::own(scenario));
+    runs.back().seed = seed;
+    runs.back().robot.mass += 0.1 * static_cast<double>(seed);
+  }
+  int sets = 0;
+  for (const InstructionSet set : {InstructionSet::sse2, InstructionSet::avx2,
+                                   InstructionSet::avx512, InstructionSet::generic}) {
+    const auto kernel = batch_kernels(set).record;
+    if (kernel == nullptr) continue;
+    ++sets;
+    int seen = 0;
+    LaneRecording(setting).run(runs.data(), static_cast<int>(runs.size()), scenario.delay, kernel,
+                               [&](int run, const SimulationResult& result) {
+                                 EXPECT_EQ(run, seen++);
+                                 if (run % 6 != 0) return;
+                                 Scenario own = scenario;
+                                 own.model = scenario.robot;
+                                 own.robot = runs[static_cast<std::size_t>(run)].robot;
+                                 own.seed = runs[static_cast<std::size_t>(run)].seed;
+                                 const SimulationResult alone = simulate_as_drawn(own, design);
+                                 ASSERT_EQ(result.table.rows(), alone.table.rows());
+                                 EXPECT_TRUE((result.table == alone.table).all()) << run;
+                                 EXPECT_EQ(result.metrics.energy, alone.metrics.energy);
+                               });
+    EXPECT_EQ(seen, 19);
+  }
+  EXPECT_GT(sets, 0);
+}
+
 TEST(MeasuredRuns, DrawnRunsAreRunsOneByOne) {
   std::vector<std::size_t> drawn;
   for (std::size_t i = 0; i < drawn_parameters().size(); ++i) {
