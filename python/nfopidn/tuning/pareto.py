@@ -37,6 +37,7 @@ MOST_OBJECTIVES = 6
 START_SHARE = 0.2
 #: How far beyond the worst values of the front the hypervolume's reference point is.
 _BEYOND = 0.1
+_SAVED = 8  # points of an interrupted search for cost that are measured
 _EXACT_HYPERVOLUME = 4  # objectives; of more the exact one takes too long
 _PLACES = {name: place for place, name in enumerate(_core.FIGURES)}
 
@@ -191,6 +192,7 @@ class FrontSearch:
         self.front = Front(moocore, (len(plan.search.names), len(names)))
         self.nfev = 0
         self.rows: list[tuple[int, Array]] = []  # evaluations and front, a generation each
+        self.known = np.empty((0, len(plan.search.names)))  # what the search for cost has found
         self.began = monotonic()
 
     def run(self, callback: Callback | None) -> ParetoResult:
@@ -211,9 +213,19 @@ class FrontSearch:
                 if requests.asked:
                     reason = "interrupted"
         except KeyboardInterrupt:
+            if not self.rows and len(self.known):  # in the search for cost, or just after it
+                self._take(self.known[:_SAVED])
             if not self.rows:
                 raise
         return self.result(reason)
+
+    def _take(self, points: Array) -> tuple[Array, Array]:
+        """Measure points and take them in, as a generation; gives objectives and what is lost."""
+        objectives, lost = self.measured.of(points)
+        self.nfev += len(points)
+        self.front.add(points, objectives, lost)
+        self.rows.append((self.nfev, self.front.objectives))
+        return objectives, lost
 
     def _asked(self, callback: Callback, requests: Any) -> bool:
         """Whether the callback asks for an end."""
@@ -240,7 +252,8 @@ class FrontSearch:
         if found.population.shape[1] == len(names):
             order = np.argsort(found.population_energies, kind="stable")
             rows = np.vstack([rows, found.population[order]])
-        known = self.measured.unit(rows[: max(1, self.population // 2)])
+        self.known = rows[: max(1, self.population // 2)]
+        known = self.measured.unit(self.known)
         rest = self.population - len(known)
         anywhere = qmc.LatinHypercube(len(names), rng=np.random.default_rng(settings.seed))
         return np.vstack([known, anywhere.random(rest)])
@@ -256,11 +269,7 @@ class FrontSearch:
             unit = np.asarray(asked.get("X"), dtype=float)
             if self.nfev + len(unit) > settings.maxfev and self.rows:
                 return "evaluations"
-            points = self.measured.points(unit)
-            objectives, lost = self.measured.of(points)
-            self.nfev += len(unit)
-            self.front.add(points, objectives, lost)
-            self.rows.append((self.nfev, self.front.objectives))
+            objectives, lost = self._take(self.measured.points(unit))
             given = self.static(problem, F=objectives, G=lost[:, None])
             self.evaluator().eval(given, asked)
             algorithm.tell(infills=asked)

@@ -32,8 +32,9 @@ _FIELDS = (
 class TuneResult(OptimizeResult):
     """The result of tune(): also controller, scenario, structure, parameters, method, options.
 
-    x holds the free parameters, which `parameters` names; controller has them all. `verdict` says
-    whether the controller may be trusted; it is found when it is first asked for.
+    x holds the free parameters, which `parameters` names; controller has them all. `constraints`,
+    of a search within some, has for each its `value`, `low`, `high`, `unit` and `met`.
+    `verdict` says whether the controller may be trusted; it is found when it is first asked for.
     """
 
     @property

@@ -12,6 +12,7 @@ import pytest
 from nfopidn import Controller, ParetoResult, Rival, Scenario, Trajectory
 from nfopidn.tuning import pareto
 from nfopidn.tuning.pareto import OBJECTIVES
+from nfopidn.tuning.plan import Plan
 
 SHORT = Scenario.published(period=100.0, rng=0)
 PAIR = ("position_rms", "torque_variation")
@@ -273,22 +274,44 @@ def test_ctrl_c_gives_the_front_so_far():
     assert len(front) > 0
 
 
-def test_ctrl_c_before_the_first_generation_raises(monkeypatch):
-    measured = pareto.Measured.of
+def test_ctrl_c_in_the_search_for_cost_gives_the_best_of_it(monkeypatch):
+    run = Plan.run
 
-    def interrupted(self, points):
+    def interrupted(self, settings, callback):
+        found = run(self, settings, callback)
         os.kill(os.getpid(), signal.SIGINT)
-        return measured(self, points)
+        return found
 
-    monkeypatch.setattr(pareto.Measured, "of", interrupted)
+    monkeypatch.setattr(Plan, "run", interrupted)
+    front = front_of(structure="extended", maxfev=2000)
+    assert not front.success
+    assert "interrupted" in front.message
+    assert front.nit == 1
+    assert front.nfev in (408, 439)  # eight of its points, or a generation that was under way
+    single = nfopidn.tune(SHORT, robustness=None, structure="extended", rng=3, maxfev=400)
+    metrics = nfopidn.simulate(SHORT, single.controller).metrics
+    row = np.array([metrics[name] for name in PAIR])
+    assert not any(dominates(row, other) for other in front.objectives)
+    assert any((other <= row).all() for other in front.objectives)
+
+
+def test_ctrl_c_before_there_is_anything_raises(monkeypatch):
+    def interrupted(self, settings, callback):
+        os.kill(os.getpid(), signal.SIGINT)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Plan, "run", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        front_of(Scenario.published(laps=40, rng=0), maxfev=200)
+        front_of()
 
 
-def test_the_time_is_kept():
-    front = front_of(maxfev=10**7, maxtime=0.3)
+def test_the_time_is_kept(monkeypatch):
+    # A clock of its own, of 1000 s a look: one as it begins, and one after each generation.
+    looks = iter(range(0, 10**6, 1000))
+    monkeypatch.setattr(pareto, "monotonic", lambda: next(looks))
+    front = front_of(maxfev=10**4, maxtime=3500.0)
     assert front.message == "The time is up."
-    assert front.nfev < 10**7
+    assert front.nit == 4
 
 
 def test_where_everything_diverges_the_front_is_empty():
