@@ -17,7 +17,7 @@ from nfopidn.arguments import real_numbers, shown, whole_number
 from nfopidn.arithmetic import in_standard_arithmetic
 from nfopidn.files import replace_file
 from nfopidn.robustness.verdict import Verdict
-from nfopidn.search.optimise import MOST_LINES, Array, OptimizeResult, active_mask
+from nfopidn.search.optimise import HISTORY, MOST_LINES, Array, OptimizeResult, active_mask
 from nfopidn.tuning.result import (
     TuneResult,
     check_names,
@@ -147,7 +147,10 @@ class ParetoResult(OptimizeResult):
         whole_number("place", place, 0, len(self) - 1)
         x = np.array(self["x"][place])
         low, high = np.asarray(self["bounds"]).T
-        fields = ("parameters", "seed", "structure", "options", "nfev", "elapsed", "scenario")
+        fields = (
+            *("parameters", "seed", "structure", "options", "nfev", "nit", "elapsed"),
+            *("scenario", "success", "status"),
+        )
         result = TuneResult({name: self[name] for name in fields})
         if "family" in self:
             result["family"] = self["family"]
@@ -158,6 +161,9 @@ class ParetoResult(OptimizeResult):
             method=self["method"],
             message=f"Point {place} of a Pareto front.",
             active_mask=active_mask(x, low, high),
+            population=x[None, :],
+            population_energies=np.array([self["objectives"][place, 0]]),
+            history=np.zeros(0, dtype=[(name, float) for name in HISTORY]),
         )
         return result
 

@@ -203,11 +203,16 @@ def test_a_place_that_is_none_is_refused(front):
         front.verdict(len(front))
 
 
-def test_a_point_is_a_tuning_result(front):
+def test_a_point_is_a_tuning_result(front, tmp_path):
     point = front.at(2)
     assert isinstance(point, nfopidn.TuneResult)
     assert point.fun == front.objectives[2, 0]
     assert point.controller == front.controllers[2]
+    assert str(front.objectives[2, 0])[:6] in str(point)
+    point.to_json(tmp_path / "point.json")
+    again = nfopidn.TuneResult.from_json(tmp_path / "point.json")
+    assert again.controller == point.controller
+    assert again.x.tolist() == front.x[2].tolist()
 
 
 def test_files_and_pickles_keep_everything(front, tmp_path):
