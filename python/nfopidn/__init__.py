@@ -24,6 +24,7 @@ from nfopidn.search.forager import Forager
 from nfopidn.search.optimise import OptimizeResult
 from nfopidn.tuning.objective import Objective
 from nfopidn.tuning.parameters import default_bounds
+from nfopidn.tuning.pareto_result import ParetoResult
 from nfopidn.tuning.result import TuneResult
 from nfopidn.tuning.tuner import tune
 
@@ -38,6 +39,7 @@ __all__ = [
     "Motor",
     "Objective",
     "OptimizeResult",
+    "ParetoResult",
     "Rival",
     "Robot",
     "Scenario",

@@ -14,4 +14,6 @@ void run_rival_gradient_avx2(const RivalGradientJob& job) { run_rival_gradient<4
 
 void run_monte_carlo_avx2(const MonteCarloJob& job) { run_monte_carlo<4, 4>(job); }
 
+void record_monte_carlo_avx2(const MonteCarloJob& job) { run_monte_carlo<4, 2, true>(job); }
+
 }  // namespace nfopidn

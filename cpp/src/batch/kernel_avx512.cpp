@@ -14,4 +14,6 @@ void run_rival_gradient_avx512(const RivalGradientJob& job) { run_rival_gradient
 
 void run_monte_carlo_avx512(const MonteCarloJob& job) { run_monte_carlo<8, 4>(job); }
 
+void record_monte_carlo_avx512(const MonteCarloJob& job) { run_monte_carlo<8, 2, true>(job); }
+
 }  // namespace nfopidn

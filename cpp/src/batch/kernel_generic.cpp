@@ -16,6 +16,6 @@ void run_rival_gradient_generic(const RivalGradientJob& job) { run_rival_gradien
 
 void run_monte_carlo_generic(const MonteCarloJob& job) { run_monte_carlo<2, 4>(job); }
 
-void record_run_generic(const MonteCarloJob& job) { run_monte_carlo<2, 1, true>(job); }
+void record_monte_carlo_generic(const MonteCarloJob& job) { run_monte_carlo<2, 2, true>(job); }
 
 }  // namespace nfopidn

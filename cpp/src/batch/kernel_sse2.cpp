@@ -16,6 +16,6 @@ void run_rival_gradient_sse2(const RivalGradientJob& job) { run_rival_gradient<2
 
 void run_monte_carlo_sse2(const MonteCarloJob& job) { run_monte_carlo<2, 4>(job); }
 
-void record_run_sse2(const MonteCarloJob& job) { run_monte_carlo<2, 1, true>(job); }
+void record_monte_carlo_sse2(const MonteCarloJob& job) { run_monte_carlo<2, 2, true>(job); }
 
 }  // namespace nfopidn

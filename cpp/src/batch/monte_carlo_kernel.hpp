@@ -113,17 +113,22 @@ struct LaneRuns {
   }
 };
 
-// Tells the recorder, if there is to be one, of the first lane.
+// Writes each sample where the recorder wants it, if there is to be one.
 template <bool recorded, class Wide, class Law>
 NFOPIDN_INLINE auto observer_of(const MonteCarloJob& job, const Law& law) {
   return [&job, &law](int k, const State<Wide>& state, const TorquePair<Wide>& torque,
                       const TorquePair<Wide>& /*applied*/) {
     if constexpr (recorded) {
+      static_assert(Wide::size <= most_recorded_lanes, "the recorder has no more room");
       const TorquePair<Wide> feedback = law.feedback();
-      job.recorder->record(
-          job.recorder->owner, k,
-          {state.x.get(0), state.y.get(0), state.theta.get(0), state.v.get(0), state.omega.get(0)},
-          {torque.left.get(0), torque.right.get(0)}, {feedback.left.get(0), feedback.right.get(0)});
+      const Wide* const columns[lane_column_count] = {
+          &state.x,     &state.y,      &state.theta,   &state.v,       &state.omega,
+          &torque.left, &torque.right, &feedback.left, &feedback.right};
+      double* place = job.recorder->samples + static_cast<long>(k) * lane_column_count * Wide::size;
+      for (const Wide* column : columns) {
+        __builtin_memcpy(place, column->part, sizeof column->part);
+        place += Wide::size;
+      }
     }
   };
 }
@@ -141,9 +146,11 @@ inline void run_own_lanes(const MonteCarloJob& job, int first) {
   const CostMeter<Wide> meter(inputs.divergence_distance, inputs.cost_weights);
   const LoopResult<Wide> result =
       detail::run_loop<noisy, Wide>(plant, law, loop, inputs, meter, observe, job.poll);
-  if constexpr (recorded) *job.completed = result.completed;
-  for (int lane = 0; lane < Wide::size && first + lane < job.count; ++lane) {
-    job.costs[first + lane] = result.cost.get(lane);
+  const int count = job.count - first < Wide::size ? job.count - first : Wide::size;
+  for (int lane = 0; lane < count; ++lane) job.costs[first + lane] = result.cost.get(lane);
+  if constexpr (recorded) {
+    const LaneRecorder& recorder = *job.recorder;
+    recorder.take(recorder.owner, {recorder.samples, Wide::size, first, count, result.completed});
   }
 }
 

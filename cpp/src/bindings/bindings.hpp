@@ -99,6 +99,9 @@ void watched(const Work& work) {
   watch.raise_if_interrupted();
 }
 
+// Of a controller that is made for another robot than a run's model, in simulate()'s words.
+void warn_of_robot(const ControllerDesign& design, const Robot<double>& robot);
+
 void bind_files(py::module_& module);
 void bind_robot(py::module_& module);
 void bind_trajectory(py::module_& module);
@@ -108,6 +111,7 @@ void bind_rivals(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_tuning(py::module_& module);
 void bind_monte_carlo(py::module_& module);
+void bind_measured_runs(py::module_& module);
 void bind_fractional(py::module_& module);
 void bind_stability(py::module_& module);
 void bind_commands(py::module_& module);

@@ -33,6 +33,7 @@ PYBIND11_MODULE(_core, module) {
   binding::bind_simulation(module);
   binding::bind_tuning(module);
   binding::bind_monte_carlo(module);
+  binding::bind_measured_runs(module);
   binding::bind_fractional(module);
   binding::bind_stability(module);
   binding::bind_commands(module);

@@ -1,9 +1,8 @@
 // Runs of a Monte Carlo analysis. Python has checked and named the arguments, and draws the
 // numbers; python/nfopidn/montecarlo is the caller.
-#include "nfopidn/tuning/monte_carlo.hpp"
-
 #include "bindings.hpp"
 #include "nfopidn/rivals/rivals.hpp"
+#include "nfopidn/tuning/measured_runs.hpp"
 
 namespace nfopidn::python {
 
@@ -31,12 +30,12 @@ class PyDrawnRuns {
       const auto design = controller.cast<rivals::RivalDesign>();
       runs_ = std::make_unique<MonteCarloRuns>(
           scenarios_, [design](const Scenario& one) { return evaluate(prepare(one), design); });
-      simulate_ = [design](const Scenario& one) { return simulate(one, design); };
+      driver_.emplace([design](const Scenario& one) { return simulate(one, design); });
     } else {
       const ControllerDesign design = controller.cast<const PyController&>().settings;
       check("monte_carlo", explain_sample_time(design, scenario.trajectory.dt()));
       runs_ = std::make_unique<MonteCarloRuns>(scenarios_, design);
-      simulate_ = [design](const Scenario& one) { return simulate_as_drawn(one, design); };
+      driver_.emplace(design);
     }
   }
 
@@ -53,30 +52,27 @@ class PyDrawnRuns {
     return result;
   }
 
-  // As costs(); every metric, one run after the other: (n, metrics).
+  // As costs(); every metric: (n, metrics).
   py::array_t<double> metrics(const Numbers& values, std::uint64_t first_seed, std::uint64_t step,
                               int threads) const {
     check_shape(values);
     const py::ssize_t count = values.shape(0);
     const auto width = static_cast<py::ssize_t>(field_names<Metrics>().size());
     py::array_t<double> result({count, width});
-    double* const rows = result.mutable_data();
+    double* rows = result.mutable_data();
+    std::vector<RunFigures> figures(static_cast<std::size_t>(count));
     watched([&] {
       ThreadPool pool(threads);
-      pool.for_each_share(count, 16, [&](std::ptrdiff_t first, std::ptrdiff_t share) {
-        Scenario own = scenarios_.base();
-        for (std::ptrdiff_t i = first; i < first + share && !Interruption::stops_here(); ++i) {
-          scenarios_.apply(values.data() + i * values.shape(1), RunSeeds{first_seed, step}[i], own);
-          const SimulationResult run = simulate_(own);
-          double* out = rows + i * width;
-          // The samples before a divergence are no whole run; the cost counts those after it too.
-          Metrics::fields([&](const auto& field) {
-            const bool is_whole = !run.diverged || field.member == &Metrics::cost;
-            *out++ = is_whole ? run.metrics.*field.member : infinity;
-          });
-        }
-      });
+      measure_drawn(scenarios_, *driver_, values.data(), count, {first_seed, step}, figures.data(),
+                    pool);
     });
+    for (const RunFigures& one : figures) {
+      // The samples before a divergence are no whole run; the cost counts those after it too.
+      Metrics::fields([&](const auto& field) {
+        const bool is_whole = std::isnan(one.diverged_at) || field.member == &Metrics::cost;
+        *rows++ = is_whole ? one.metrics.*field.member : infinity;
+      });
+    }
     return result;
   }
 
@@ -96,7 +92,7 @@ class PyDrawnRuns {
 
   DrawnScenarios scenarios_;
   std::unique_ptr<MonteCarloRuns> runs_;
-  std::function<SimulationResult(const Scenario&)> simulate_;
+  std::optional<RunDriver> driver_;
 };
 
 }  // namespace

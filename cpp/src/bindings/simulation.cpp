@@ -4,9 +4,17 @@
 #include "bindings.hpp"
 #include "nfopidn/io/json_rival.hpp"
 #include "nfopidn/simulation/playback.hpp"
+#include "nfopidn/simulation/run_figures.hpp"
 #include "nfopidn/tuning/monte_carlo.hpp"
 
 namespace nfopidn::python {
+
+void warn_of_robot(const ControllerDesign& design, const Robot<double>& robot) {
+  const std::string text = explain_robot(design, robot);
+  if (!text.empty() && PyErr_WarnEx(PyExc_UserWarning, ("simulate: " + text).c_str(), 1) != 0) {
+    throw py::error_already_set();
+  }
+}
 
 namespace {
 
@@ -18,13 +26,6 @@ struct PyResult {
   Driver driver;
   SimulationResult result;
 };
-
-void warn_of_robot(const ControllerDesign& design, const Robot<double>& robot) {
-  const std::string text = explain_robot(design, robot);
-  if (!text.empty() && PyErr_WarnEx(PyExc_UserWarning, ("simulate: " + text).c_str(), 1) != 0) {
-    throw py::error_already_set();
-  }
-}
 
 PyResult run(const Scenario* scenario, const py::object& controller) {
   PyResult run{scenario != nullptr ? *scenario : Scenario::published(), ControllerDesign{}, {}};
@@ -193,6 +194,11 @@ void bind_simulation(py::module_& module) {
   cls.def("__copy__", [](const R& self) { return self; });
   cls.def("__deepcopy__", [](const R& self, const py::dict&) { return self; });
 
+  module.def(
+      "settling_time", [](const R& run) { return settling_time(run.result); }, py::arg("run"));
+  module.def(
+      "torque_deviation", [](const R& run) { return torque_deviation(run.result); },
+      py::arg("run"));
   module.def("play", &run_torques, py::arg("scenario"), py::arg("torque"));
   module.def("metric_fields", [] {
     py::dict result;

@@ -147,6 +147,21 @@ py::dict run_plan(const std::vector<const Scenario*>& scenarios,
   return reply;
 }
 
+// Points of the unit box, (n, p), as points of the box that tunings search; `space` gives the
+// powers of a controller's parameters, those of a rival's have none of their own.
+RowPoints from_unit(const PySpace* space, const Point& low, const Point& high,
+                    const RowPoints& unit) {
+  const Box box = space != nullptr ? space->box() : Box{low, high, tuning_powers(low)};
+  if (unit.cols() != box.dimension()) throw py::value_error("unit has another number of columns");
+  return box.to_user(unit.transpose()).transpose();
+}
+
+// The inverse, of one point.
+Point to_unit(const PySpace* space, const Point& low, const Point& high, const Point& x) {
+  const Box box = space != nullptr ? space->box() : Box{low, high, tuning_powers(low)};
+  return box.to_unit(x);
+}
+
 // The stages of a search for a controller, (name, controller, parameters) each: for gains, or None,
 // and the alternatives.
 py::tuple plan_stages(const PyController& controller, const std::string& parameters,
@@ -312,6 +327,10 @@ void bind_tuning(py::module_& module) {
            "gradient(self, x)\n--\n\nThe cost at x, and its partial derivatives.", py::arg("x"));
   module.def("search_function", &search_function, Computes(), py::arg("function"),
              py::arg("request"));
+  module.def("from_unit", &from_unit, Computes(), py::arg("space").none(true), py::arg("low"),
+             py::arg("high"), py::arg("unit"));
+  module.def("to_unit", &to_unit, Computes(), py::arg("space").none(true), py::arg("low"),
+             py::arg("high"), py::arg("x"));
   module.def("plan_stages", &plan_stages, Computes(), py::arg("controller"), py::arg("parameters"),
              py::arg("either_lateral"), py::arg("has_start"));
   module.def("run_plan", &run_plan, Computes(), py::arg("scenarios"), py::arg("gains"),

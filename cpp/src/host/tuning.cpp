@@ -2,5 +2,5 @@
 #define NFOPIDN_DEFINES_TUNING
 #include "nfopidn/rivals/tuning.hpp"
 
-#include "nfopidn/tuning/monte_carlo.hpp"
+#include "nfopidn/tuning/measured_runs.hpp"
 #include "nfopidn/tuning/tune.hpp"

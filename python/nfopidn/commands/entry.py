@@ -13,8 +13,9 @@ import nfopidn
 from nfopidn import _core
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
+from nfopidn.commands.front import EXIT_DIVERGED, write_front
 from nfopidn.commands.monte_carlo import add_monte_carlo
-from nfopidn.commands.parsing import pairs, parse
+from nfopidn.commands.parsing import limits, pairs, parse
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
@@ -36,9 +37,10 @@ from nfopidn.search.optimise import (
     METHODS,
     seed_of_checkpoints,
 )
+from nfopidn.tuning.constraints import CONSTRAINTS
+from nfopidn.tuning.pareto import OBJECTIVES, POPULATION
 
 EXIT_BAD_INPUT = 2
-EXIT_DIVERGED = 3
 EXIT_BROKEN_PIPE = 141  # as a shell counts SIGPIPE
 
 
@@ -89,9 +91,12 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
     scenarios = [nfopidn.Scenario.load(path) for path in arguments.scenario]
     start = load_controller(arguments.start) if arguments.start else None
     check_picture(arguments.plot)
+    if arguments.front and not arguments.objectives:
+        raise ValueError("--front is a search over objectives'; give --objectives too")
     outputs = {
         "--output": arguments.output,
         "--result": arguments.result,
+        "--front": arguments.front,
         "--plot": arguments.plot,
         "--checkpoint": arguments.checkpoint,
     }
@@ -101,28 +106,35 @@ def _tune_and_write(arguments: argparse.Namespace) -> int:
         outputs,
         inputs=[*arguments.scenario, *([arguments.start] if arguments.start else [])],
     )
+    settings: dict[str, Any] = {
+        "structure": arguments.structure,
+        "bounds": pairs(arguments.bound, "bound", 2) or None,
+        "method": arguments.method,
+        "options": _options(arguments.option),
+        "rng": _seed(arguments),
+        "maxfev": arguments.maxfev,
+        "maxtime": arguments.maxtime,
+        "stopval": arguments.stopval,
+        "workers": arguments.workers,
+        "checkpoint": arguments.checkpoint,
+        "progress": shows_progress(arguments.quiet),
+        "frozen": pairs(arguments.freeze, "freeze", 1),
+        "tied": pairs(arguments.tie, "tie", 0),
+        "start": start,
+        "worst_share": arguments.worst_share,
+        "robustness": None if arguments.nominal else "standard",
+        "cost_cap": _cap(arguments.cost_cap),
+        "constraints": limits(arguments.constraint, "constraint") or None,
+    }
+    if arguments.objectives:
+        names = [name.strip() for name in arguments.objectives.split(",")]
+        front = nfopidn.tune(
+            scenarios or None, objectives=names, population=arguments.population, **settings
+        )
+        return write_front(front, arguments)
     faults: list[OSError | ValueError] = []
     try:
-        result = nfopidn.tune(
-            scenarios or None,
-            structure=arguments.structure,
-            bounds=pairs(arguments.bound, "bound", 2) or None,
-            method=arguments.method,
-            options=_options(arguments.option),
-            rng=_seed(arguments),
-            maxfev=arguments.maxfev,
-            maxtime=arguments.maxtime,
-            stopval=arguments.stopval,
-            workers=arguments.workers,
-            checkpoint=arguments.checkpoint,
-            progress=shows_progress(arguments.quiet),
-            frozen=pairs(arguments.freeze, "freeze", 1),
-            tied=pairs(arguments.tie, "tie", 0),
-            start=start,
-            worst_share=arguments.worst_share,
-            robustness=None if arguments.nominal else "standard",
-            cost_cap=_cap(arguments.cost_cap),
-        )
+        result = nfopidn.tune(scenarios or None, **settings)
     except ValueError as error:  # the checkpoint cannot be written any more
         best = getattr(error, "best", None)
         if not isinstance(best, nfopidn.TuneResult):
@@ -159,6 +171,9 @@ def _tell(result: nfopidn.TuneResult, judged: Verdict | None) -> None:
     print(f"seed {result.seed}. {result.message}")
     for name, value in result.numbers():
         print(f"  {name:12} {value}")
+    for name, row in result.get("constraints", {}).items():
+        met = "met" if row["met"] else "NOT met"
+        print(f"  {name} {row['value']:.6g} {row['unit']}: {met}")
     if judged is not None:
         print(judged.line)
 
@@ -181,8 +196,8 @@ def _add_tune(commands: Any) -> None:
         description="Searches for the parameters of least cost (eq. 41) over the scenario's "
         "standard variations, judges what it finds, and writes it as a controller file, which "
         "nfopidn_sim --controller reads. Exit code: 0 done, 2 bad usage or bad file, 3 the best "
-        "controller that was found diverges, 130 interrupted (by Ctrl-C or SIGTERM; the best so "
-        "far is written).",
+        "controller that was found diverges or breaks a constraint, 130 interrupted (by Ctrl-C or "
+        "SIGTERM; the best so far is written).",
     )
     add = parser.add_argument
     add("-o", "--output", default="controller.json", help="controller file to write (%(default)s)")
@@ -234,8 +249,29 @@ def _add_tune(commands: Any) -> None:
     add("--stopval", type=float, help="end at this cost")
     add("--workers", type=int, default=1, help="threads (%(default)s)")
     add("--checkpoint", metavar="FILE", help="go on from here after an interruption")
+    add(
+        "--constraint",
+        action="append",
+        default=[],
+        metavar="NAME=LOW:HIGH",
+        help="keep to these limits, either of which may be left away, such as "
+        f"position_rms=:0.02 or gain_margin=6: (dB); one of {', '.join(CONSTRAINTS)}",
+    )
+    add(
+        "--objectives",
+        metavar="NAME,NAME",
+        help="search for a Pareto front of these, whose knee is written as the controller: "
+        + ", ".join(OBJECTIVES),
+    )
+    add(
+        "--population",
+        type=int,
+        default=POPULATION,
+        help="with --objectives: points of a generation (%(default)s)",
+    )
+    add("--front", metavar="FILE", help="with --objectives: write the front (CSV)")
     add("--result", metavar="FILE", help="write the whole result (JSON)")
-    add("--plot", metavar="FILE", help="draw the convergence")
+    add("--plot", metavar="FILE", help="draw the convergence, or the front")
     add("--quiet", action="store_true", help="print nothing")
     parser.set_defaults(run=_tune)
 

@@ -51,3 +51,21 @@ def pairs(words: Sequence[str], option: str, numbers: int) -> dict[str, Any]:
             raise ValueError(f"--{option} {word}: {name} is given twice")
         result[name] = read[0] if numbers == 1 else read
     return result
+
+
+def limits(words: Sequence[str], option: str) -> dict[str, tuple[float | None, float | None]]:
+    """Read NAME=LOW:HIGH words of which either end may be left away; infinity is none."""
+    result: dict[str, tuple[float | None, float | None]] = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        parts = value.split(":")
+        if not equals or len(parts) != 2:
+            raise ValueError(f"--{option} {word}: must be NAME=LOW:HIGH, NAME=LOW: or NAME=:HIGH")
+        try:
+            low, high = (float(part) if part else None for part in parts)
+        except ValueError:
+            raise ValueError(f"--{option} {word}: {value} is no pair of numbers") from None
+        if name in result:
+            raise ValueError(f"--{option} {word}: {name} is given twice")
+        result[name] = (low, high)
+    return result

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nfopidn import _core
 from nfopidn._core import (
     Controller,
     Rival,
@@ -32,7 +33,9 @@ from nfopidn.console import progress as progress_bar
 from nfopidn.families.family import Family
 
 #: A run has settled when its position error stays within this [m].
-SETTLED_WITHIN = 0.05
+SETTLED_WITHIN = _core.SETTLED_WITHIN
+#: Runs that are measured between two looks at Ctrl-C, and kept as rows meanwhile.
+_BLOCK = 2**13
 
 Array = NDArray[np.float64]
 #: What compare() takes for one name: a controller, or one for each run.
@@ -44,21 +47,15 @@ def settling_time(run: SimulationResult) -> float:
 
     0 if it never does; inf if the run diverges, or exceeds it at its last sample: it never settles.
     """
-    if run.diverged_at is not None:
-        return np.inf
-    outside = np.flatnonzero(np.hypot(run.columns["e_x"], run.columns["e_y"]) > SETTLED_WITHIN)
-    if len(outside) == 0:
-        return 0.0
-    last = int(outside[-1])
-    return np.inf if last + 1 == len(run) else float(run.t[last])
+    return _core.settling_time(run)
 
 
 def torque_deviation(run: SimulationResult) -> float:
-    """Give the root mean square of the torques' distance from the reference's [N m]."""
-    columns = run.columns
-    left = columns["tau_ref_left"] - columns["tau_left"]
-    right = columns["tau_ref_right"] - columns["tau_right"]
-    return float(np.sqrt(np.mean(left**2 + right**2))) if len(left) else np.nan
+    """Give the root mean square of the torques' distance from the reference's [N m].
+
+    nan of a run that diverges at once, which has no samples.
+    """
+    return _core.torque_deviation(run)
 
 
 @dataclass(frozen=True)
@@ -254,9 +251,12 @@ def compare(
     scenarios
         By name, a Family, or names of scenario_suite(); None: all of the suite.
     seeds
-        Draws of the noise for each member, in scenarios that have noise.
+        Draws of the noise for each member, in scenarios that have noise: seeds 0, 1, 2 and so on.
+        Of each run the metrics are kept alone, of each pair its first run too. With
+        `noise_source="counter"` the runs of a Controller go in lanes.
     workers
-        Runs at a time.
+        Pairs at a time, or where these are fewer the runs of a pair. The result does not depend on
+        it.
     progress
         Whether to show a bar.
 
@@ -288,21 +288,23 @@ def compare(
 
     ended = threading.Event()
 
-    def work(pair: tuple[str, str]) -> tuple[list[SimulationResult], NDArray[np.int64]]:
+    threads = max(1, workers // len(pairs))
+
+    def work(pair: tuple[str, str]) -> _Measured:
         with StopIf(ended.is_set):
-            return _runs(named[pair[0]], chosen[pair[1]], count, seeds, ended)
+            return _measure(named[pair[0]], chosen[pair[1]], seeds, threads)
 
     with (
         progress_bar("comparing", len(pairs), progress) as report,
         ThreadPoolExecutor(workers) as pool,
         _set_on_error(ended),  # the pool waits for what it has begun
     ):
-        for done, (pair, (runs, own)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
+        for done, (pair, found) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
             i, j = divmod(done, len(chosen))
-            first[pair] = runs[0]
-            draws[i, j] = own
-            for name, metric in METRICS.items():
-                values[name][i, j] = np.array([metric.of(run) for run in runs])[own]
+            first[pair] = found.first_run
+            own = draws[i, j] = found.places(count, seeds)
+            for name, column in found.columns.items():
+                values[name][i, j] = column[own]
             report(done + 1, f"{pair[0]} on {pair[1]}")
     return Comparison(tuple(named), tuple(chosen), values, draws, first)
 
@@ -317,21 +319,41 @@ def _set_on_error(ended: threading.Event) -> Iterator[None]:
         raise
 
 
-def _runs(
-    members: list[Any], scenario: Scenario, count: int, seeds: int, ended: threading.Event
-) -> tuple[list[SimulationResult], NDArray[np.int64]]:
-    """Give the runs that differ, and for each of `count` which of them it is."""
+@dataclass(frozen=True)
+class _Measured:
+    """The runs of a pair that differ: for each member all draws of the noise, if there is any."""
+
+    first_run: SimulationResult
+    columns: dict[str, Array]  # by metric: (members * draws,)
+    members: int
+    draws: int
+
+    def places(self, count: int, seeds: int) -> NDArray[np.int64]:
+        """Give (count,): which of them each run of the comparison is."""
+        run = np.arange(count)
+        return run // seeds % self.members * self.draws + run % seeds % self.draws
+
+
+def _measure(members: list[Any], scenario: Scenario, seeds: int, threads: int) -> _Measured:
+    """Run a pair; only the figures of the runs are kept, and the first run itself."""
     noisy = any(value > 0 for value in scenario.pose_noise)
-    known: dict[tuple[int, int], int] = {}
-    runs: list[SimulationResult] = []
-    own = np.empty(count, dtype=np.int64)
-    for i in range(count):
-        if ended.is_set():
-            raise KeyboardInterrupt
-        member, draw = i // seeds % len(members), i % seeds if noisy else 0
-        if (member, draw) not in known:
-            known[member, draw] = len(runs)
-            drawn = scenario.replace(rng=draw) if noisy else scenario
-            runs.append(simulate(drawn, members[member]))
-        own[i] = known[member, draw]
-    return runs, own
+    draws = seeds if noisy else 1
+    first_run = simulate(scenario.replace(rng=0) if noisy else scenario, members[0])
+    columns = {name: np.empty(len(members) * draws) for name in METRICS}
+    for name, metric in METRICS.items():
+        columns[name][0] = metric.of(first_run)
+    for place, member in enumerate(members):
+        for begin in range(0 if place else 1, draws, _BLOCK):
+            end = min(begin + _BLOCK, draws)
+            rows = _core.measure_draws(scenario, member, range(begin, end), threads)
+            at = slice(place * draws + begin, place * draws + end)
+            for name, column in columns.items():
+                column[at] = _column(rows, name)
+    return _Measured(first_run, columns, len(members), draws)
+
+
+def _column(rows: Array, metric: str) -> Array:
+    """Give one metric of what the core measures."""
+    if metric == "diverged":
+        return np.isfinite(rows[:, _core.FIGURES.index("diverged_at")]).astype(float)
+    return rows[:, _core.FIGURES.index(metric)]

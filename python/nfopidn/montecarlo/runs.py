@@ -137,12 +137,10 @@ class Analysis:
     ) -> Array:
         """Run one scenario with parameters, (m, p), and seeds `step` apart: (m, 1 + columns)."""
         runs = self.members[member]
-        costs = runs.costs(values, first_seed, step, workers)
         if not self.columns:
-            return np.asarray(costs[:, np.newaxis])
-        kept = [_PLACES[name] for name in self.columns]
-        metrics = runs.metrics(values, first_seed, step, workers)
-        return np.column_stack([costs, metrics[:, kept]])
+            return np.asarray(runs.costs(values, first_seed, step, workers)[:, np.newaxis])
+        kept = [_PLACES[name] for name in ("cost", *self.columns)]
+        return np.asarray(runs.metrics(values, first_seed, step, workers)[:, kept])
 
     def identity(self) -> str:
         """Give in words all that the runs depend on."""
@@ -245,8 +243,8 @@ def monte_carlo(
         (m, m): of the m Normal distributions, in the order of `distributions`; its diagonal must
         be their variances. None: independent.
     columns
-        Names of SimulationResult.metrics to keep, besides the cost. Any but "cost" takes a second
-        run, one by one.
+        Names of SimulationResult.metrics to keep, besides the cost. With any but "cost" a run takes
+        some four times as long: its samples are gone through again.
     workers
         Threads; -1: all processors. The result does not depend on it.
     checkpoint

@@ -22,6 +22,8 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `control_system_schematic` the closed loop
 `controller_schematic`     the controller
 `convergence`              a search: the best cost against evaluations
+`pareto_front`             a search over objectives: what none of the others dominates
+`hypervolume`              how that front grew
 `comparison`               controllers on scenarios: a metric of each
 `paths`                    driven paths of several controllers
 `distances`                how far they are from the reference
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from nfopidn.plot.montecarlo import cost_histogram, failures, quantile_bands, tornado
     from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
+    from nfopidn.plot.pareto import hypervolume, pareto_front
     from nfopidn.plot.robustness import margin_bars, path_bundle, variation_costs
     from nfopidn.plot.runs import (
         errors,
@@ -77,11 +80,13 @@ __all__ = [
     "failures",
     "feedback_torque",
     "feedforward_torque",
+    "hypervolume",
     "margin_bars",
     "multipliers",
     "operator_z_plane",
     "orientation",
     "overview",
+    "pareto_front",
     "path",
     "path_bundle",
     "paths",
@@ -107,6 +112,7 @@ _MODULES = (
     "comparisons",
     "robustness",
     "montecarlo",
+    "pareto",
 )
 
 

@@ -10,7 +10,8 @@ from nfopidn._core import Controller, Scenario
 from nfopidn.robustness.long_runs import OnPath, largest
 from nfopidn.stability.loop_margins import margins
 
-_MOST_DELAY = 64
+#: [samples]
+MOST_DELAY = 64
 _MASS = 10.0
 _GAIN = 16.0
 _FRICTION = 0.5
@@ -77,14 +78,21 @@ def _scaled(scenario: Scenario, factor: float) -> Scenario:
     )
 
 
-def find_limits(on_path: OnPath) -> Limits:
-    """Find the limits of a loop that stays on its path as it is."""
+def bearable_delay(on_path: OnPath) -> int:
+    """Give how many samples of delay a loop bears that stays on its path as it is."""
     base = on_path.scenario
     delay = 0
-    while base.delay + delay < _MOST_DELAY and on_path.stays(
+    while base.delay + delay < MOST_DELAY and on_path.stays(
         base.replace(delay=base.delay + delay + 1)
     ):
         delay += 1
+    return delay
+
+
+def find_limits(on_path: OnPath) -> Limits:
+    """Find the limits of a loop that stays on its path as it is."""
+    base = on_path.scenario
+    delay = bearable_delay(on_path)
 
     def bears_mass(logarithm: float) -> bool:
         return on_path.stays(_scaled(base, float(np.exp(logarithm))))

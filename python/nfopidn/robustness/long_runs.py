@@ -89,6 +89,18 @@ class OnPath:
         far = distances(scenario, self.controller)
         return far is not None and _late(far) <= self.limit
 
+    def shortfall(self, scenario: Scenario) -> float:
+        """Give how far a run that does not stay on the path is from it, in (0, 1].
+
+        Under a half, by how much it is off; from there on it diverges, the later the less.
+        """
+        run = _core.simulate(scenario, self.controller)
+        if run.diverged_at is not None:
+            path = scenario.trajectory
+            return 1.0 - 0.5 * run.diverged_at / (len(path) * path.dt)
+        off = _late(np.hypot(run.columns["e_x"], run.columns["e_y"])) / self.limit
+        return 0.5 * max(off - 1.0, 0.0) / off
+
 
 def largest(holds: Callable[[float], bool], low: float, high: float) -> float:
     """Give how far from `low`, where it holds, towards `high` a condition holds: by bisection.

@@ -44,6 +44,7 @@ MESSAGES = {
     "not_a_number": "The function returned NaN.",
     "no_finite_cost": "No point that was tried has a finite cost.",
     "diverged": "The best controller that was found diverges",
+    "constraints": "No controller that keeps to the constraints was found",
 }
 #: Up to this status a search has ended as it was asked to.
 CALLED_OFF = list(MESSAGES).index("callback")

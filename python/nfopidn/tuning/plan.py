@@ -41,6 +41,8 @@ class Plan:
     alternatives: dict[str, Search]  # by their names; the last one has none
     mean: Mean = (1.0, [])
     workers: int = 1
+    #: The alternative that run() has found the best.
+    chosen: Search | None = None
 
     @classmethod
     def of(
@@ -113,6 +115,7 @@ class Plan:
         if reply["nfev"] == 0:
             raise raised or nothing_found(reply)
         stage = list(self.alternatives.values())[reply.pop("alternative")]
+        self.chosen = stage
         result = TuneResult(
             seed=settings.seed,
             structure="paper" if self.structure is None else self.structure,

@@ -32,8 +32,9 @@ _FIELDS = (
 class TuneResult(OptimizeResult):
     """The result of tune(): also controller, scenario, structure, parameters, method, options.
 
-    x holds the free parameters, which `parameters` names; controller has them all. `verdict` says
-    whether the controller may be trusted; it is found when it is first asked for.
+    x holds the free parameters, which `parameters` names; controller has them all. `constraints`,
+    of a search within some, has for each its `value`, `low`, `high`, `unit` and `met`.
+    `verdict` says whether the controller may be trusted; it is found when it is first asked for.
     """
 
     @property
@@ -65,8 +66,8 @@ class TuneResult(OptimizeResult):
             json.loads(scenario.to_json()) for scenario in scenario_list(self.scenario)
         ]
         if "family" in fields:
-            fields["family"] = _family_rows(self["family"])
-        document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **_plain(fields)}
+            fields["family"] = family_rows(self["family"])
+        document = {"format": TUNING_FORMAT, "version": TUNING_VERSION, **plain(fields)}
         replace_file(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
     @classmethod
@@ -99,11 +100,9 @@ class TuneResult(OptimizeResult):
             fields["history"] = np.array(history, dtype=[(name, float) for name in HISTORY])
             kind = Rival if fields["controller"].get("format") == "nfopidn-rival" else Controller
             fields["controller"] = kind.from_json(json.dumps(fields["controller"]))
-            scenarios = [Scenario.from_json(json.dumps(one)) for one in fields["scenario"]]
-            if not scenarios:
-                raise ValueError("scenario is empty")
+            scenarios = scenarios_in(fields["scenario"])
             if "family" in fields:
-                fields["family"] = _family_in(fields["family"])
+                fields["family"] = family_in(fields["family"])
             structure = fields["structure"]
             if isinstance(structure, dict) and isinstance(structure.get("robot"), dict):
                 structure["robot"] = Robot(**structure["robot"])
@@ -138,7 +137,16 @@ def check_names(names: Any, x: Array) -> None:
         raise ValueError(f"x must have {len(names)} numbers, one for each parameter")
 
 
-def _family_rows(family: Family) -> list[dict[str, Any]]:
+def scenarios_in(documents: Sequence[Any]) -> list[Scenario]:
+    """Give the scenarios of a file, at least one."""
+    scenarios = [Scenario.from_json(json.dumps(one)) for one in documents]
+    if not scenarios:
+        raise ValueError("scenario is empty")
+    return scenarios
+
+
+def family_rows(family: Family) -> list[dict[str, Any]]:
+    """Give what a file holds of a family."""
     rows = zip(family.names, family.scenarios, family.changes, strict=True)
     return [
         {"name": name, "scenario": json.loads(scenario.to_json()), "change": change}
@@ -146,7 +154,8 @@ def _family_rows(family: Family) -> list[dict[str, Any]]:
     ]
 
 
-def _family_in(rows: Sequence[Mapping[str, Any]]) -> Family:
+def family_in(rows: Sequence[Mapping[str, Any]]) -> Family:
+    """Give the family of a file."""
     return Family.of(
         (str(row["name"]), Scenario.from_json(json.dumps(row["scenario"])), str(row["change"]))
         for row in rows
@@ -167,14 +176,14 @@ def _number_in(fields: Mapping[str, Any], key: str) -> float:
         raise ValueError(f"{key} must be a number") from None
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Give what JSON can hold: of NumPy's making plain numbers, of what is not finite its name."""
     if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, Robot):
         return {name: getattr(value, name) for name in ROBOT_FIELDS}
     if isinstance(value, float) and not np.isfinite(value):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, overload
 
 from numpy.typing import ArrayLike
 
@@ -12,15 +12,27 @@ from nfopidn._core import Controller, Rival, Scenario, simulate
 from nfopidn.families.family import Family
 from nfopidn.robustness.reference_limits import warn_of_reference_torques
 from nfopidn.search.optimise import Callback, check_settings, deny_success, returned
+from nfopidn.tuning.constrained import check_fit, search_constrained
+from nfopidn.tuning.constraints import check_constraints
 from nfopidn.tuning.objective import check_share, cost_caps, scenarios_of
 from nfopidn.tuning.parameters import Search, make_search
+from nfopidn.tuning.pareto import POPULATION, search_front
+from nfopidn.tuning.pareto_result import ParetoResult
 from nfopidn.tuning.plan import Plan
 from nfopidn.tuning.result import TuneResult, scenario_list
 from nfopidn.tuning.robust import check_robustness, diverging, hopeless, standard_family
 
+Scenarios = Scenario | Family | Sequence[Scenario] | None
 
+
+@overload
 def tune(
-    scenario: Scenario | Family | Sequence[Scenario] | None = None,
+    scenario: Scenarios = None, *, objectives: Sequence[str], **settings: Any
+) -> ParetoResult: ...
+@overload
+def tune(scenario: Scenarios = None, *, objectives: None = None, **settings: Any) -> TuneResult: ...
+def tune(  # type: ignore[misc]  # the overloads leave the other arguments to this
+    scenario: Scenarios = None,
     *,
     structure: str | Mapping[str, Any] | None = None,
     bounds: Mapping[str, tuple[float, float]] | ArrayLike | None = None,
@@ -40,8 +52,14 @@ def tune(
     worst_share: float = 1.0,
     robustness: str | None = "standard",
     cost_cap: float | str | None = "auto",
-) -> TuneResult:
+    objectives: Sequence[str] | None = None,
+    population: int = POPULATION,
+    constraints: Mapping[str, tuple[float | None, float | None]] | None = None,
+) -> TuneResult | ParetoResult:
     """Find the parameters of least cost (eq. 41) over a scenario's variations, or as it is.
+
+    With `objectives` it finds a Pareto front: controllers of which none is better than another in
+    every objective.
 
     Parameters
     ----------
@@ -85,12 +103,37 @@ def tune(
         A scenario's cost E beyond the cap c counts as c (1 + ln(E / c)), so that one run that
         diverges does not outweigh all others: a positive number; "friction", 1 or ten times what
         friction alone costs; None, no cap; "auto", "friction" in a robust search, else None.
+    objectives
+        2 to 6 of "cost", "worst" (the cost of the worst scenario) and the names of
+        SimulationResult.metrics, each to be least. Over several scenarios a metric is the mean over
+        the worst share of them, as the cost is. pymoo's NSGA-II searches, with its default
+        operators, in the box as the other searches see it; a controller of which a run diverges is
+        worse than every other. A fifth of the evaluations and of the time goes into a search for
+        the cost by `method` and `options`, from `start` if there is one, whose cells are half of
+        the first population; the rest of it is a Latin hypercube. Of all that was evaluated the
+        front is what nothing dominates. Needs the extra `pareto`; stopval, checkpoint and
+        structure="taps" are refused.
+    population
+        Points of a generation of a search over objectives, [8, 1e4]; maxfev must be twice as many.
+    constraints
+        By name (low, high), either of which may be None: metrics of SimulationResult.metrics and
+        "settling_time", on each of the scenarios that were given; "diverged", the number of
+        scenarios searched on which the run diverges; and as the verdict has them "gain_margin"
+        [dB], "phase_margin" [rad], "delay_margin" and "delay_bearable" [samples]. Half of the
+        evaluations and of the time are a search without them. The other half goes on from what it
+        has found, by the same method without gradients, in Deb's order: what keeps to all
+        constraints comes first, by its cost, then what breaks margins or delay, then what breaks
+        metrics, each by how far it is beyond, as a share of the limit. Margins and delay are
+        analysed only of candidates that keep to the metrics and cost less than the best so far: no
+        other can be the answer. `constraints` of the result has the value and the limits of each;
+        `success` is False where one is not met. checkpoint must be None.
 
     Returns
     -------
     TuneResult
-        Ctrl-C ends the search and returns the best so far. `success` is False after that, and where
-        the best controller's run diverges: the message then tells when, and what may help.
+        With `objectives` a ParetoResult. Ctrl-C ends the search and returns the best so far.
+        `success` is False after that, and where the best controller's run diverges: the message
+        then tells when, and what may help.
         `scenario` is what was given, `family` what a robust search was over, and `verdict` says
         whether the controller may be trusted.
 
@@ -98,6 +141,8 @@ def tune(
     ------
     ValueError
         Names the argument, its value and what is allowed.
+    ImportError
+        `objectives` without pymoo.
 
     Warns
     -----
@@ -105,7 +150,7 @@ def tune(
         Of a scenario whose reference torques are beyond its torque limit, with what helps.
     """
 
-    def found() -> TuneResult:
+    def found() -> TuneResult | ParetoResult:
         check_robustness(robustness)
         given = scenarios_of(scenario)
         family = scenario if isinstance(scenario, Family) else None
@@ -128,7 +173,18 @@ def tune(
         plan.check_checkpoints(settings)
         plan.check_start()
         warn_of_reference_torques("tune", given, above=3)
-        result = plan.run(settings, callback)
+        if objectives is not None:
+            if constraints is not None:
+                raise ValueError("constraints is of one cost; must be None with objectives")
+            return search_front(
+                *(plan, objectives, settings, callback, population, given, family),
+            )
+        if constraints is None:
+            result = plan.run(settings, callback)
+        else:
+            limits = check_constraints(constraints)
+            check_fit(settings)
+            result = search_constrained(plan, limits, settings, callback, given)
         if family is None:
             divergence = _divergence(result, worst_share, capped=cap is not None)
         else:

@@ -30,16 +30,24 @@ struct BatchKernels {
   void (*rival_costs)(const RivalJob&) = nullptr;
   void (*rival_gradient)(const RivalGradientJob&) = nullptr;
   void (*monte_carlo)(const MonteCarloJob&) = nullptr;
+  // The same with its samples, to the same bits.
+  void (*record)(const MonteCarloJob&) = nullptr;
 };
 
 // The widest instruction set of this processor, of those built in.
 InstructionSet best_instruction_set() noexcept;
 
+// One that every processor has, for a single run.
+constexpr InstructionSet narrowest_instruction_set() noexcept {
+#if defined(__x86_64__)
+  return InstructionSet::sse2;
+#else
+  return InstructionSet::generic;
+#endif
+}
+
 // Null pointers for one that this build or this processor does not have.
 BatchKernels batch_kernels(InstructionSet set) noexcept;
-
-// One run with its samples, to the same bits as in lanes of any instruction set.
-void record_lane_run(const MonteCarloJob& job);
 
 // One scenario and structure, many candidates. The costs are the same to the last bit on every
 // instruction set and in any company. Memories beyond 32 run one candidate at a time.

@@ -9,9 +9,7 @@
 #include "nfopidn/foundation/host.hpp"
 #include "nfopidn/parallel/thread_pool.hpp"
 #include "nfopidn/simulation/drawn_parameters.hpp"
-#include "nfopidn/tuning/batch.hpp"
-#include "nfopidn/tuning/monte_carlo_job.hpp"
-#include "nfopidn/tuning/structures.hpp"
+#include "nfopidn/tuning/lane_recording.hpp"
 
 namespace nfopidn {
 
@@ -26,83 +24,6 @@ struct RunSeeds {
     return (first + step * static_cast<std::uint64_t>(run)) % count;
   }
   constexpr RunSeeds from(std::ptrdiff_t run) const { return {(*this)[run], step}; }
-};
-
-// The numbers of a controller's law as the lanes take them: taps, and LawParameters if any.
-inline std::vector<double> lane_law_of(const ControllerDesign& design) {
-  const Structure structure = {design, parameter_set_of(design)};
-  const auto size = static_cast<std::size_t>(law_size(design, design.memory + 2));
-  std::vector<double> numbers(size);
-  parameters_to_law(structure, parameters_of(structure.parameters, design), numbers.data());
-  return numbers;
-}
-
-// Whether lanes can run it: memory up to 5, a measured pose, no disturbance by the sample.
-inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
-  if (design.memory.is_long() || design.memory + 2 > small_capacity) return false;
-  return scenario.disturbance.size() == 1 && scenario.encoder_counts == 0;
-}
-
-// What runs in lanes have in common: the path, and a controller.
-class LaneSetting {
- public:
-  // What LaneRun has of its own may be any other.
-  LaneSetting(Scenario scenario, const ControllerDesign& design)
-      : structure_(design), law_(lane_law_of(design)), calm_(std::move(scenario)) {
-    calm_.pose_noise = {0, 0};
-    calm_.disturbance = {{0, 0}};
-    run_ = std::make_unique<PreparedRun>(prepare(calm_));
-    headings_ = run_->reference_headings();
-  }
-
-  LaneSetting(const LaneSetting&) = delete;
-  LaneSetting& operator=(const LaneSetting&) = delete;
-
-  const PreparedRun& run() const { return *run_; }
-
-  static LaneRun own(const Scenario& s) {
-    return {s.robot,
-            {s.viscous_friction, s.coulomb_friction},
-            {s.disturbance[0][0], s.disturbance[0][1]},
-            s.pose_noise[0],
-            s.pose_noise[1],
-            detail::start_state(s),
-            s.seed};
-  }
-
-  // use(job) for runs of one delay.
-  template <class Use>
-  // NOLINTNEXTLINE(readability-non-const-parameter): `use` writes to costs
-  void with_job(const LaneRun* runs, int count, int delay, double* costs, const Use& use) const {
-    LoopInputs<double> inputs = run_->inputs();
-    inputs.headings = headings_.data();
-    inputs.delay = delay;
-    const MonteCarloJob job = {&inputs,
-                               &structure_,
-                               &run_->limits,
-                               law_.data(),
-                               structure_.memory + 2,
-                               static_cast<int>(law_.size()),
-                               calm_.initial_velocity.reference,
-                               calm_.motor ? &*calm_.motor : nullptr,
-                               calm_.integrator,
-                               calm_.trajectory.dt(),
-                               calm_.substeps,
-                               runs,
-                               count,
-                               costs,
-                               run_->poll(),
-                               nullptr,
-                               nullptr};
-    use(job);
-  }
-
- private:
-  ControllerSettings<double> structure_;
-  std::vector<double> law_;
-  Scenario calm_;
-  std::unique_ptr<PreparedRun> run_;
-  std::vector<Heading<double>> headings_;  // of the reference
 };
 
 // As simulate(). A scenario whose noise is by counter runs in the arithmetic of the lanes, where
@@ -161,40 +82,21 @@ class MonteCarloRuns {
           costs[i] = owner_.evaluate_(scenario_);
         }
       }
-      run_waiting();
+      for_each_kind(waiting_, [&](const Waiting* first, const std::vector<LaneRun>& runs) {
+        results_.resize(runs.size());
+        setting_->with_job(runs.data(), static_cast<int>(runs.size()), first->delay,
+                           results_.data(), owner_.kernel_);
+        for (std::size_t i = 0; i < runs.size(); ++i) *first[i].result = results_[i];
+      });
     }
 
    private:
-    struct Waiting {
-      int delay;
-      double* cost;
-      LaneRun run;
-
-      bool is_braked() const { return run.friction.viscous > 0; }
-    };
-
-    // Lanes have one delay, and all or none of them viscous friction.
-    void run_waiting() {
-      const auto less = [](const Waiting& a, const Waiting& b) {
-        return a.delay != b.delay ? a.delay < b.delay : !a.is_braked() && b.is_braked();
-      };
-      std::stable_sort(waiting_.begin(), waiting_.end(), less);
-      for (auto from = waiting_.begin(); from != waiting_.end();) {
-        const auto until = std::upper_bound(from, waiting_.end(), *from, less);
-        runs_.clear();
-        for (auto one = from; one != until; ++one) runs_.push_back(one->run);
-        results_.resize(runs_.size());
-        setting_->with_job(runs_.data(), static_cast<int>(runs_.size()), from->delay,
-                           results_.data(), owner_.kernel_);
-        for (const double result : results_) *(from++)->cost = result;
-      }
-    }
+    using Waiting = WaitingRun<double>;
 
     const MonteCarloRuns& owner_;
     const LaneSetting* setting_;  // null: one by one
     Scenario scenario_;
     std::vector<Waiting> waiting_;
-    std::vector<LaneRun> runs_;
     std::vector<double> results_;
   };
 
@@ -212,27 +114,15 @@ namespace nfopidn {
 
 NFOPIDN_HOST SimulationResult simulate_as_drawn(const Scenario& scenario,
                                                 const ControllerDesign& design) {
-  if (scenario.noise_source != NoiseSource::counter || !runs_in_lanes(scenario, design) ||
-      check_run(scenario, design) != Status::ok) {
-    return simulate(scenario, design);
-  }
+  if (!runs_as_drawn(scenario, design)) return simulate(scenario, design);
   const StandardArithmetic arithmetic;
   const LaneSetting setting(scenario, design);
-  detail::Recording recording(setting.run());
-  const LaneRecorder recorder = {
-      [](void* owner, int k, const State<double>& state, const TorquePair<double>& torque,
-         const TorquePair<double>& feedback) {
-        static_cast<detail::Recording*>(owner)->add(k, state, torque, feedback);
-      },
-      &recording};
   const LaneRun own = LaneSetting::own(scenario);
-  LoopResult<double> loop = {};
-  setting.with_job(&own, 1, scenario.delay, &loop.cost, [&](MonteCarloJob job) {
-    job.recorder = &recorder;
-    job.completed = &loop.completed;
-    record_lane_run(job);
-  });
-  return recording.finish(loop);
+  SimulationResult result;
+  LaneRecording(setting).run(&own, 1, scenario.delay,
+                             batch_kernels(narrowest_instruction_set()).record,
+                             [&](int, const SimulationResult& found) { result = found; });
+  return result;
 }
 
 NFOPIDN_HOST void MonteCarloRuns::costs(const double* values, std::ptrdiff_t count,

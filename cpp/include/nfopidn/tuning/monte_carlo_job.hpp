@@ -19,10 +19,37 @@ struct LaneRun {
   uint64_t seed;
 };
 
-// Is told each sample of a run.
+// What of a sample of a run is recorded: the state, the total torque and that of the feedback.
+enum LaneColumn : int {
+  lane_x,
+  lane_y,
+  lane_theta,
+  lane_v,
+  lane_omega,
+  lane_torque_left,
+  lane_torque_right,
+  lane_feedback_left,
+  lane_feedback_right,
+  lane_column_count
+};
+
+// Most lanes of a block that records: the samples of so many fit the cache.
+constexpr int most_recorded_lanes = 16;
+
+// A block of lanes whose samples are recorded: those of runs[first] and of the count - 1 behind it.
+// Column c of sample k of lane i is samples[(k * lane_column_count + c) * lanes + i].
+struct RecordedLanes {
+  const double* samples;
+  int lanes;
+  int first;
+  int count;
+  int completed;  // samples until the last lane diverged, or all
+};
+
+// Is given each block when it has run.
 struct LaneRecorder {
-  void (*record)(void* owner, int k, const State<double>& state, const TorquePair<double>& torque,
-                 const TorquePair<double>& feedback);
+  double* samples;  // room for inputs->samples of most_recorded_lanes
+  void (*take)(void* owner, const RecordedLanes& block);
   void* owner;
 };
 
@@ -42,9 +69,7 @@ struct MonteCarloJob {
   int count;
   double* costs;  // [count]
   Poll poll;
-  // Set only for a recording, which is of runs[0] alone.
-  const LaneRecorder* recorder;
-  int* completed;  // samples until it diverged, or all
+  const LaneRecorder* recorder;  // set only for a recording
 };
 
 }  // namespace nfopidn
