@@ -4,6 +4,7 @@
 
 #include "bindings.hpp"
 #include "nfopidn/rivals/rivals.hpp"
+#include "stepping.hpp"
 
 namespace nfopidn::python {
 
@@ -27,8 +28,8 @@ class PyDrawnRuns {
   PyDrawnRuns(const Scenario& scenario, const py::object& controller,
               const std::vector<std::string>& names)
       : scenarios_(scenario, indices_of(names)) {
-    if (py::isinstance<rivals::RivalDesign>(controller)) {
-      const auto design = controller.cast<rivals::RivalDesign>();
+    if (py::isinstance<PyRival>(controller)) {
+      const rivals::RivalDesign design = controller.cast<const PyRival&>().design;
       runs_ = std::make_unique<MonteCarloRuns>(
           scenarios_, [design](const Scenario& one) { return evaluate(prepare(one), design); });
       simulate_ = [design](const Scenario& one) { return simulate(one, design); };

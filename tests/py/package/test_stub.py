@@ -59,6 +59,8 @@ INNER = {
     "run_plan",
     "search_rival",
     "play",
+    "score_rows",
+    "noise_rows",
     "metric_fields",
     "structure",
     "parameter_bounds",
