@@ -15,6 +15,7 @@ from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
 from nfopidn.commands.monte_carlo import add_monte_carlo
 from nfopidn.commands.parsing import pairs, parse
+from nfopidn.commands.physics import add_physics
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
@@ -378,6 +379,7 @@ def main(words: Sequence[str] | None = None) -> int:
     _add_export(commands)
     add_compare(commands)
     add_monte_carlo(commands)
+    add_physics(commands)
     add_report(commands)
     add_study(commands)
     add_verdict(commands)

@@ -38,6 +38,7 @@ class Machine:
         self.track = model.robot.track_width
         _add_disturbance(self.mujoco, spec, model.body)
         self.model = spec.compile()
+        _check_contacts(self.model, step)
         self.data = self.mujoco.MjData(self.model)
         self.fault = ""
         self._find(model)
@@ -138,6 +139,22 @@ class Machine:
 
 
 _OUTSIDE = ("nfopidn_force", "nfopidn_moment")
+
+
+def _check_contacts(compiled: Any, step: float) -> None:
+    """Refuse contacts that MuJoCo would make softer without a word.
+
+    Raises
+    ------
+    ValueError
+        A contact's time constant is under two steps.
+    """
+    shortest = min((float(time) for time in compiled.geom_solref[:, 0] if time > 0), default=1.0)
+    if shortest < 2 * step * (1 - 1e-9):
+        raise ValueError(
+            f"step is {step:g} s and the shortest contact_time {shortest:g} s; it must be at least "
+            "two steps"
+        )
 
 
 def _add_disturbance(mujoco: Any, spec: Any, body: str) -> None:

@@ -11,7 +11,15 @@ from typing import Any
 from nfopidn._core import Robot
 from nfopidn.arguments import is_number, real_number, shown, suggestion
 from nfopidn.mujoco.engine import load
-from nfopidn.mujoco.parts import WHEEL_KINDS, Bump, Caster, checked_parts, default_casters
+from nfopidn.mujoco.parts import (
+    CONTACT_TIME,
+    WHEEL_KINDS,
+    Bump,
+    Caster,
+    check_contact_time,
+    checked_parts,
+    default_casters,
+)
 
 #: Friction as a constraint that hardly creeps: impedance 0.9999 in place of 0.9.
 FRICTION_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
@@ -51,7 +59,7 @@ class Model:
 
     @property
     def mjcf(self) -> str:
-        """The model as MJCF text."""
+        """The model as MJCF text, in which MuJoCo writes six digits of each number."""
         spec = self.spec.copy()
         spec.compile()
         return str(spec.to_xml())
@@ -62,6 +70,7 @@ class Model:
         left: str,
         right: str,
         *,
+        wheels: str | None = None,
         casters: Sequence[str] = (),
         floor: float = 1.0,
         joint_friction: float = 0.0,
@@ -81,6 +90,9 @@ class Model:
             The URDF file.
         left, right
             Names of the wheels' joints, as one sees them from behind.
+        wheels
+            "ellipsoid" or "sphere" puts these in the place of the wheels' collision cylinders, of
+            the same radius and width: one contact each, and no scrub. None leaves them as they are.
         casters
             Names of the links whose shapes slide on the floor without friction.
         floor
@@ -110,6 +122,7 @@ class Model:
             path,
             left,
             right,
+            wheels=wheels,
             casters=casters,
             floor=floor,
             joint_friction=joint_friction,
@@ -132,6 +145,7 @@ def build_model(
     joint_friction: float = 0.0,
     joint_damping: float = 0.0,
     torque_limit: float | None = None,
+    contact_time: float = CONTACT_TIME,
 ) -> Model:
     """Make a MuJoCo model of a robot: body, two wheels, casters, motors, a plane floor.
 
@@ -172,6 +186,11 @@ def build_model(
         Viscous friction of each wheel's joint [N m s/rad].
     torque_limit
         Of each motor [N m]; None: no other than the controller's.
+    contact_time
+        Time constant of the wheels' contacts, and of casters that are not given [s]; at least two
+        steps of the engine. MuJoCo leaves the acceleration of a turning wheel's axle out of its
+        constraints, so that in a turn a wheel slips outward by about v omega times this time, and
+        no smaller step makes that less.
 
     Returns
     -------
@@ -191,7 +210,8 @@ def build_model(
         raise ValueError(f"robot is {robot!r}; must be a Robot")
     check_kind(wheels)
     mass, rotor = _wheel_numbers(robot, wheels, wheel_width, wheel_mass, armature)
-    balls = default_casters(robot) if casters is None else casters
+    check_contact_time("contact_time", contact_time)
+    balls = default_casters(robot, contact_time) if casters is None else casters
     balls = checked_parts("casters", Caster, balls, robot)
     bumps = checked_parts("bumps", Bump, bumps, robot)
     check_joints(floor, joint_friction, joint_damping, torque_limit)
@@ -206,7 +226,7 @@ def build_model(
     mujoco = load()
     spec = mujoco.MjSpec()
     prepare_options(spec, slope)
-    add_floor(spec, floor, bumps)
+    add_floor(spec, floor, contact_time, bumps)
     body = spec.worldbody.add_body(name="base", pos=[0, 0, robot.wheel_radius])
     body.add_freejoint(name="base")
     _set_inertia(body, robot.mass - 2 * mass, (0.6 * rest, 0.6 * rest, rest))
@@ -227,7 +247,7 @@ def build_model(
         spin, other = _wheel_inertia(robot, wheel_width, mass)
         _set_inertia(wheel, mass, (other, spin, other))
         wheel.add_joint(name=side, axis=[0, 1, 0])
-        shape, size = _shape(wheels, robot.wheel_radius, wheel_width)
+        shape, size = wheel_shape(wheels, robot.wheel_radius, wheel_width)
         wheel.add_geom(
             name=side,
             type=getattr(mujoco.mjtGeom, shape),
@@ -235,6 +255,7 @@ def build_model(
             quat=[math.sqrt(0.5), math.sqrt(0.5), 0, 0],
             mass=0,
             friction=[floor, 0.005, 0.0001],
+            solref=[contact_time, 1.0],
         )
         drive_joint(spec, side, joint_friction, joint_damping, rotor, torque_limit)
     return Model(spec, robot, wheels=wheels, height=robot.wheel_radius)
@@ -298,7 +319,9 @@ def prepare_options(spec: Any, slope: float | tuple[float, float] = 0.0) -> None
     option.gravity = [-g * math.sin(along), -g * math.sin(across), -g * down]
 
 
-def add_floor(spec: Any, friction: float, bumps: Sequence[Bump] = ()) -> None:
+def add_floor(
+    spec: Any, friction: float, contact_time: float = CONTACT_TIME, bumps: Sequence[Bump] = ()
+) -> None:
     """Add a plane, and bumps; never a height field, which would steer a robot that stands still."""
     mujoco = load()
     sliding = [friction, 0.005, 0.0001]
@@ -307,6 +330,7 @@ def add_floor(spec: Any, friction: float, bumps: Sequence[Bump] = ()) -> None:
         type=mujoco.mjtGeom.mjGEOM_PLANE,
         size=[0, 0, 1],
         friction=sliding,
+        solref=[contact_time, 1.0],
         rgba=[0.82, 0.84, 0.86, 1],
     )
     for number, bump in enumerate(bumps):
@@ -316,6 +340,7 @@ def add_floor(spec: Any, friction: float, bumps: Sequence[Bump] = ()) -> None:
             size=[bump.radius, bump.radius, bump.height],
             pos=[bump.x, bump.y, 0],
             friction=sliding,
+            solref=[contact_time, 1.0],
             rgba=[0.7, 0.55, 0.4, 1],
         )
 
@@ -388,7 +413,7 @@ def _set_inertia(body: Any, mass: float, inertia: tuple[float, float, float]) ->
     body.explicitinertial = True
 
 
-def _shape(kind: str, radius: float, width: float) -> tuple[str, list[float]]:
+def wheel_shape(kind: str, radius: float, width: float) -> tuple[str, list[float]]:
     """Give MuJoCo's name of a wheel's shape, and its size along x, y and the axle."""
     if kind == "sphere":
         return "mjGEOM_SPHERE", [radius, 0, 0]

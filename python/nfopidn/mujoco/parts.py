@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from nfopidn._core import Robot
 from nfopidn.arguments import is_number, real_number, shown
 
 WHEEL_KINDS = ("ellipsoid", "cylinder", "sphere")
-#: The time constant of MuJoCo's contacts by default [s].
+#: Time constant of the contacts [s], MuJoCo's own default.
 CONTACT_TIME = 0.02
+LONGEST_CONTACT_TIME = 10.0  # [s]
+SHORTEST_CONTACT_TIME = 1e-4  # [s]
 
 
 @dataclass(frozen=True)
 class Caster:
     """A ball caster: a sphere without friction under the robot's body.
 
-    Casters decide how much load the wheels have, and so how well these grip: four contacts of equal
-    stiffness share the weight by their places, and casters near the ends take most of it. A larger
-    contact_time makes a caster softer; 0.2 s leaves the wheels 96 % of Eddie's weight.
+    Casters decide how much load the wheels have, and so how well these grip and how much wide ones
+    scrub. Two wheels and two casters share the weight in a way that statics does not tell; MuJoCo
+    shares it by its contacts' softness, whatever their places: two thirds of Eddie's weight lie on
+    casters as hard as the wheels. A larger contact_time makes a caster softer; ten times that of
+    the wheels leaves these nearly all of the weight.
 
     Attributes
     ----------
@@ -34,7 +38,7 @@ class Caster:
         Gap between ball and floor while the wheels stand on it [m], at most a twentieth of the
         wheels' radius.
     contact_time
-        Time constant of the contact [s], in [0.004, 10].
+        Time constant of the contact [s], in [1e-4, 10]; at least two steps of the engine.
     """
 
     x: float
@@ -60,7 +64,7 @@ class Caster:
                 f"radius, {wheel:g} m: a caster is not higher than the wheels"
             )
         real_number(f"{name}.clearance", self.clearance, 0.0, wheel / 20, " m")
-        real_number(f"{name}.contact_time", self.contact_time, 0.004, 10.0, " s")
+        check_contact_time(f"{name}.contact_time", self.contact_time)
 
 
 @dataclass(frozen=True)
@@ -96,11 +100,23 @@ class Bump:
         real_number(f"{name}.radius", self.radius, 1e-3, 1e3, " m")
 
 
-def default_casters(robot: Robot) -> tuple[Caster, ...]:
+def check_contact_time(name: str, value: Any) -> None:
+    """Refuse a time constant of a contact that is out of range.
+
+    Raises
+    ------
+    ValueError
+        Names it, its value and the range.
+    """
+    real_number(name, value, SHORTEST_CONTACT_TIME, LONGEST_CONTACT_TIME, " s")
+
+
+def default_casters(robot: Robot, contact_time: float) -> tuple[Caster, ...]:
     """Give one caster before the axle and one behind it, at three quarters of half the track."""
     reach = 0.375 * robot.track_width
     radius = min(0.02, 0.5 * robot.wheel_radius)
-    return Caster(reach, radius=radius), Caster(-reach, radius=radius)
+    ball = Caster(reach, radius=radius, contact_time=contact_time)
+    return ball, replace(ball, x=-reach)
 
 
 def checked_parts(name: str, kind: type[Any], given: Any, robot: Robot) -> tuple[Any, ...]:

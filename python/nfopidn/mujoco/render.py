@@ -30,8 +30,8 @@ Frames = NDArray[np.uint8]
 
 _SUFFIXES = (".gif", ".mp4")
 _MOST_FRAMES = 5000
-_TRACK_COLOUR = (0.12, 0.45, 0.75, 1.0)
-_REFERENCE_COLOUR = (0.55, 0.55, 0.55, 1.0)
+_TRACK_COLOUR = (0.05, 0.3, 0.75, 1.0)
+_REFERENCE_COLOUR = (0.5, 0.5, 0.5, 1.0)
 
 
 class NoRendererError(RuntimeError):
@@ -128,8 +128,16 @@ def _frames(result: SimulationResult, model: Model, times: Any, width: int, heig
     mujoco = load()
     spec = model.spec.copy()
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
-    spec.worldbody.add_light(pos=[0, 0, 8], dir=[0.2, 0.3, -1], castshadow=False)
-    spec.worldbody.add_light(pos=[4, -4, 8], dir=[-0.4, 0.4, -1], castshadow=False)
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
+    spec.visual.headlight.specular = [0, 0, 0]
+    spec.worldbody.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=[0, 0, 8],
+        dir=[0.3, 0.4, -1],
+        diffuse=[0.3, 0.3, 0.3],
+        specular=[0, 0, 0],
+    )
     _draw_body(mujoco, spec, model)
     poses = np.column_stack([np.interp(times, result.t, column) for column in result.pose.T])
     angles = _wheel_angles(result, times)
@@ -236,7 +244,7 @@ class _Stage:
     def _line(self, points: Any, colour: tuple[float, ...], height: float) -> None:
         """Draw a line on the floor."""
         mujoco = self.mujoco
-        width = self.camera.distance / 500
+        width = self.camera.distance / 400
         for start, end in pairwise(points):
             if self.scene.ngeom >= self.scene.maxgeom:
                 return

@@ -80,7 +80,8 @@ def run(
         "Euler" or "discrete". The implicit ones are refused: with damped joints they let wheels
         skid.
     **settings
-        Of `build_model`: casters, floor, slope, bumps, wheel_width, wheel_mass, armature.
+        Of `build_model`: casters, floor, slope, bumps, wheel_width, wheel_mass, armature,
+        contact_time.
 
     Returns
     -------
@@ -138,12 +139,21 @@ def steps_a_sample(dt: float, step: float) -> int:
     real_number("step", step, 1e-6, 0.1, " s")
     count = round(dt / step)
     if count < 1 or abs(dt / step - count) > 1e-9 * max(1, count):
-        near = dt / max(1, math.ceil(dt / step))
         raise ValueError(
             f"step is {step:g} s: the sample time, {dt:g} s, is {dt / step:.6g} of them; must be a "
-            f"whole number, as with step={near:.6g}"
+            f"whole number, as with step={_near(dt, step)}"
         )
     return count
+
+
+def _near(dt: float, step: float) -> str:
+    """Give a step that is no longer than the one asked for and fits, with few digits if any has."""
+    first = max(1, math.ceil(dt / step))
+    for count in range(first, 2 * first + 1):
+        text = f"{dt / count:.4g}"
+        if abs(dt / float(text) - count) <= 1e-9 * count:
+            return text
+    return f"{dt:g}/{first}"
 
 
 def check_integrator(integrator: Any) -> None:

@@ -19,14 +19,19 @@ from nfopidn.mujoco.model import (
     Model,
     add_floor,
     check_joints,
+    check_kind,
     drive_joint,
     make_slippery,
     prepare_options,
+    wheel_shape,
 )
+from nfopidn.mujoco.parts import CONTACT_TIME
 
 Array = NDArray[np.float64]
 
 _BASE = "nfopidn_base"
+_CASTER = "nfopidn_caster"
+_TURNING = ("continuous", "revolute")
 
 
 def read_urdf(
@@ -34,6 +39,7 @@ def read_urdf(
     left: str,
     right: str,
     *,
+    wheels: str | None,
     casters: Sequence[str],
     floor: float,
     joint_friction: float,
@@ -50,10 +56,14 @@ def read_urdf(
         What is wrong, and in which file.
     """
     check_joints(floor, joint_friction, 0.0, torque_limit)
+    if wheels is not None:
+        check_kind(wheels)
     real_number("armature", armature, 0.0, 1e6, " kg m^2")
     where = fspath(path)
     root = _parsed(where)
-    _check_names(where, root, left, right, names_in("casters", casters))
+    sliding = names_in("casters", casters)
+    _check_names(where, root, left, right, sliding)
+    _name_shapes(where, root, sliding)
     base = _free_base(where, root)
     mujoco = load()
     try:
@@ -63,8 +73,10 @@ def read_urdf(
         raise ValueError(f"{where}: MuJoCo reads no robot in it: {error}") from None
     _check_axes(where, compiled, mujoco, left, right)
     prepare_options(spec)
-    wheels = {_body_of(spec, left), _body_of(spec, right)}
-    lowest = _prepare_shapes(where, spec, compiled, mujoco, wheels, set(casters), floor)
+    sides = {_body_of(spec, left), _body_of(spec, right)}
+    lowest = _prepare_shapes(where, spec, compiled, mujoco, sides, floor)
+    if wheels is not None:
+        _replace_wheels(where, spec, mujoco, sides, wheels)
     robot = _measured(where, compiled, mujoco, (left, right), lowest)
     height = -lowest
     spec.body(base).pos = [0, 0, height]
@@ -103,7 +115,6 @@ def _parsed(where: str) -> ElementTree.Element:
     if compiler is None:
         compiler = ElementTree.SubElement(extension, "compiler")
     compiler.set("strippath", "false")
-    compiler.set("fusestatic", "false")
     return root
 
 
@@ -123,8 +134,26 @@ def _check_names(
                 f"{where}: {argument} is {name!r}; is no {what} of it{suggestion(name, known)}; "
                 f"it has {', '.join(known) or 'none'}"
             )
+    for joint in root.findall("joint"):
+        if joint.get("name") in (left, right) and joint.get("type") not in _TURNING:
+            raise ValueError(
+                f"{where}: the joint {joint.get('name')} is {joint.get('type')}; a wheel's is "
+                "continuous"
+            )
     if left == right:
         raise ValueError(f"{where}: left and right are both {left!r}")
+
+
+def _name_shapes(where: str, root: ElementTree.Element, casters: list[str]) -> None:
+    """Mark the casters' shapes: links on fixed joints lose their names when they are read."""
+    for link in root.findall("link"):
+        if link.get("name") not in casters:
+            continue
+        shapes = link.findall("collision")
+        if not shapes:
+            raise ValueError(f"{where}: the caster {link.get('name')} has no collision shape")
+        for number, shape in enumerate(shapes):
+            shape.set("name", f"{_CASTER}_{link.get('name')}_{number}")
 
 
 def _free_base(where: str, root: ElementTree.Element) -> str:
@@ -150,8 +179,6 @@ def _check_axes(where: str, compiled: Any, mujoco: Any, left: str, right: str) -
     mujoco.mj_forward(compiled, data)
     for name in (left, right):
         joint = compiled.joint(name)
-        if int(joint.type[0]) != int(mujoco.mjtJoint.mjJNT_HINGE):
-            raise ValueError(f"{where}: the joint {name} is no continuous or revolute one")
         axis = data.xaxis[joint.id]
         if axis[1] < 0.999:
             raise ValueError(
@@ -171,7 +198,6 @@ def _prepare_shapes(
     compiled: Any,
     mujoco: Any,
     wheels: set[str],
-    casters: set[str],
     floor: float,
 ) -> float:
     """Set the shapes' friction; give the height of the lowest point of the wheels' shapes."""
@@ -186,11 +212,32 @@ def _prepare_shapes(
         raise ValueError(f"{where}: the wheels have no collision shapes to stand on")
     for body in spec.bodies:
         for geom in body.geoms:
-            if body.name in casters:
+            if geom.name.startswith(_CASTER):
                 make_slippery(geom)
             elif body.name in wheels:
                 geom.friction = [floor, 0.005, 0.0001]
+            geom.solref = [CONTACT_TIME, 1.0]
     return float(lowest)
+
+
+def _replace_wheels(where: str, spec: Any, mujoco: Any, sides: set[str], kind: str) -> None:
+    """Put other shapes in the place of the wheels' cylinders.
+
+    Raises
+    ------
+    ValueError
+        A wheel has no cylinder.
+    """
+    types = mujoco.mjtGeom
+    for name in sorted(sides):
+        cylinders = [g for g in spec.body(name).geoms if g.type == types.mjGEOM_CYLINDER]
+        if not cylinders:
+            raise ValueError(
+                f"{where}: wheels is {kind!r}, but the link {name} has no collision cylinder"
+            )
+        for geom in cylinders:
+            shape, size = wheel_shape(kind, float(geom.size[0]), 2 * float(geom.size[1]))
+            geom.type, geom.size = getattr(types, shape), size
 
 
 def _lowest_point(compiled: Any, data: Any, mujoco: Any, geom: int) -> float:
