@@ -25,6 +25,7 @@ from nfopidn.mujoco.parts import (
 FRICTION_IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 WHEEL_MASS_SHARE = 0.01
 ARMATURE_SHARE = 0.002
+CONES = {"pyramidal": "mjCONE_PYRAMIDAL", "elliptic": "mjCONE_ELLIPTIC"}
 MOST_SLOPE = 0.5  # [rad]
 
 
@@ -146,6 +147,7 @@ def build_model(
     joint_damping: float = 0.0,
     torque_limit: float | None = None,
     contact_time: float = CONTACT_TIME,
+    cone: str = "pyramidal",
 ) -> Model:
     """Make a MuJoCo model of a robot: body, two wheels, casters, motors, a plane floor.
 
@@ -191,6 +193,10 @@ def build_model(
         steps of the engine. MuJoCo leaves the acceleration of a turning wheel's axle out of its
         constraints, so that in a turn a wheel slips outward by about v omega times this time, and
         no smaller step makes that less.
+    cone
+        Of friction: "pyramidal", as MuJoCo has it by default, or "elliptic", which is nearer to
+        Coulomb's law. Wheels of one contact are the same under both; cylinders scrub twice as much
+        under the latter.
 
     Returns
     -------
@@ -225,7 +231,7 @@ def build_model(
         )
     mujoco = load()
     spec = mujoco.MjSpec()
-    prepare_options(spec, slope)
+    prepare_options(spec, slope, cone)
     add_floor(spec, floor, contact_time, bumps)
     body = spec.worldbody.add_body(name="base", pos=[0, 0, robot.wheel_radius])
     body.add_freejoint(name="base")
@@ -291,8 +297,10 @@ def check_joints(floor: Any, joint_friction: Any, joint_damping: Any, torque_lim
         real_number("torque_limit", torque_limit, 1e-6, 1e6, " N m")
 
 
-def prepare_options(spec: Any, slope: float | tuple[float, float] = 0.0) -> None:
-    """Set what every run needs: no restart after a divergence, round friction cones, gravity.
+def prepare_options(
+    spec: Any, slope: float | tuple[float, float] = 0.0, cone: str = "pyramidal"
+) -> None:
+    """Set what every run needs: no restart after a divergence, the friction cones, gravity.
 
     The integrator is MuJoCo's semi-implicit Euler. Its implicit ones make wheels with damped joints
     skid.
@@ -300,9 +308,13 @@ def prepare_options(spec: Any, slope: float | tuple[float, float] = 0.0) -> None
     Raises
     ------
     ValueError
-        The slope is out of range.
+        The slope is out of range, or no such cone.
     """
     mujoco = load()
+    if cone not in CONES:
+        raise ValueError(
+            f"cone is {shown(cone)}; must be one of {', '.join(CONES)}{suggestion(cone, CONES)}"
+        )
     along, across = slope if isinstance(slope, tuple | list) and len(slope) == 2 else (slope, 0.0)
     for name, angle in (("slope", along), ("slope[1]", across)):
         if not is_number(angle) or not -MOST_SLOPE <= angle <= MOST_SLOPE:
@@ -312,7 +324,7 @@ def prepare_options(spec: Any, slope: float | tuple[float, float] = 0.0) -> None
             )
     option = spec.option
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.cone = getattr(mujoco.mjtCone, CONES[cone])
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     g = 9.81
     down = math.sqrt(max(0.0, 1 - math.sin(along) ** 2 - math.sin(across) ** 2))

@@ -81,7 +81,8 @@ def run(
         skid.
     **settings
         Of `build_model`: casters, floor, slope, bumps, wheel_width, wheel_mass, armature,
-        contact_time.
+        contact_time,
+        cone.
 
     Returns
     -------

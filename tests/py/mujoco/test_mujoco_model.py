@@ -213,6 +213,7 @@ def test_soft_casters_leave_the_weight_to_the_wheels():
         ({"joint_damping": "much"}, "joint_damping is 'much'"),
         ({"torque_limit": 0.0}, "torque_limit is 0.0"),
         ({"contact_time": 20.0}, "contact_time is 20.0"),
+        ({"cone": "eliptic"}, "did you mean 'elliptic'"),
     ],
 )
 def test_what_cannot_be_is_refused(arguments, message):

@@ -37,7 +37,7 @@ def test_the_engine_goes_to_the_exact_integrator():
         costs.append(result.cost / exact.cost - 1)
         poses.append(np.abs(result.pose - exact.pose).max())
     assert abs(costs[-1]) < 2e-4
-    assert poses[-1] < 1e-3
+    assert poses[-1] < 1.5e-3
     for errors in (costs, poses):
         ratios = np.array(errors[:-1]) / np.array(errors[1:])
         np.testing.assert_allclose(ratios, 2.0, atol=0.3)
@@ -163,16 +163,17 @@ def test_the_pose_is_not_a_step_old():
 
 
 def test_odometry_on_wheels_that_grip_is_the_truth():
-    exact = run(FAST, TRACKING, casters=SOFT, contact_time=0.004, floor=5.0)
-    seen = run(FAST, TRACKING, odometry=True, casters=SOFT, contact_time=0.004, floor=5.0)
+    gripping = {"casters": SOFT, "contact_time": 0.004, "floor": 5.0, "cone": "elliptic"}
+    exact = run(FAST, TRACKING, **gripping)
+    seen = run(FAST, TRACKING, odometry=True, **gripping)
     assert seen.cost == pytest.approx(exact.cost, rel=0.03)
     assert seen.cost != exact.cost
 
 
 def test_odometry_believes_in_wheels_that_slip():
     """On a slippery floor the true pose leaves the estimate; the result has the true one."""
-    with_truth = run(FAST, TRACKING, floor=0.2)
-    blind = run(FAST, TRACKING, floor=0.2, odometry=True)
+    with_truth = run(FAST, TRACKING, floor=0.2, cone="elliptic")
+    blind = run(FAST, TRACKING, floor=0.2, cone="elliptic", odometry=True)
     assert with_truth.metrics["position_rms"] < 0.2
     assert blind.metrics["position_rms"] > 1.0
 
@@ -191,7 +192,9 @@ def test_counts_of_the_encoder_count():
 def test_cylinders_scrub():
     costs = [run(FAST, TRACKING, wheels).cost for wheels in ("ellipsoid", "cylinder")]
     narrow = run(FAST, TRACKING, "cylinder", wheel_width=0.002).cost
-    assert costs[1] > 3 * costs[0]
+    round_cone = run(FAST, TRACKING, "cylinder", cone="elliptic").cost
+    assert round_cone > 2 * costs[1]
+    assert costs[1] > 2 * costs[0]
     assert narrow < 1.5 * costs[0]
 
 
