@@ -136,6 +136,7 @@ def _frames(result: SimulationResult, model: Model, times: Any, width: int, heig
         pos=[0, 0, 8],
         dir=[0.3, 0.4, -1],
         diffuse=[0.3, 0.3, 0.3],
+        castshadow=False,
         specular=[0, 0, 0],
     )
     _draw_body(mujoco, spec, model)
@@ -225,7 +226,7 @@ class _Stage:
         low, high = points.min(axis=0), points.max(axis=0)
         self.camera = mujoco.MjvCamera()
         self.camera.lookat = [*((low + high) / 2), 0.0]
-        self.camera.distance = 1.35 * max(0.5, float((high - low).max()))
+        self.camera.distance = 1.5 * max(0.5, float((high - low).max()))
         self.camera.elevation, self.camera.azimuth = -55.0, 100.0
 
     def shoot(self, data: Any, way: Any) -> Frames:
