@@ -101,6 +101,7 @@ def model(wheels):
         armature=ARMATURE,
         wheel_width=WIDTH,
         casters=casters,
+        cone="elliptic",
     )
 
 

@@ -1,8 +1,9 @@
 """A robot in Drake, moved by torques that come in line by line; drake_engine.py starts it.
 
-It runs in a Python that has pydrake and needs nothing of nfopidn. The first line is the model and the
-start as JSON, each further one the torques [N m] of the left and the right wheel (REP-103) for a
-sample. The answers are x, y [m], theta [rad], v [m/s], omega [rad/s], before the first torques too.
+It runs in a Python that has pydrake and needs nothing of nfopidn. The first line is the model and
+the start as JSON, each further one the torques [N m] of the left and the right wheel (REP-103) for
+a sample. The answers are x, y [m], theta [rad], v [m/s], omega [rad/s]: one before the first
+torques, and one behind each pair.
 The model is written here a second time, not read from MuJoCo's, so that a mistake in one shows.
 """
 

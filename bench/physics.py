@@ -2,13 +2,15 @@
 
 Usage: python bench/physics.py [--seeds 1 2 3] [--rivals samson takagi-sugeno lqr]
                                [--step 0.002] [--soft-casters] [--contact-time 0.02]
-                               [--cone pyramidal]
+                               [--cone pyramidal] [--convergence]
 
 E of eq. 41 on P, C and F (nfopidn.families.benchmark, the paper's path), at 0.2 s, for one set of
 gains each: Controller.recommended, and the tracking law, and rivals, tuned here on the family R.
 Medians over the seeds. Rows: wheels that touch at one point (ellipsoids), the same with 0.1 N m of
 Coulomb friction at each joint that nothing makes up for, cylinders 30 mm wide, cylinders with that
 friction; before them the simulation itself, with 20 substeps. A run that is lost counts as 1.
+With --convergence, instead: how cost and pose on F go to those of the exact integrator as the step
+is halved.
 """
 
 import argparse
@@ -19,7 +21,7 @@ import nfopidn
 import numpy as np
 from nfopidn import Controller, Scenario
 from nfopidn.families import benchmark
-from nfopidn.mujoco import Caster, run
+from nfopidn.mujoco import Caster, build_model, run
 
 ROWS = {
     "one contact": {"wheels": "ellipsoid"},
@@ -58,6 +60,20 @@ def simulated(controller):
     return [min(result.cost, 1.0) for result in runs]
 
 
+def convergence():
+    """Print the errors against the exact integrator."""
+    law = Controller.recommended()
+    scenario = scenarios()[2].replace(integrator="exact")
+    exact = nfopidn.simulate(scenario, law)
+    for step in (0.004, 0.002, 0.001, 0.0005):
+        model = build_model(contact_time=4 * step, wheel_mass=11.5e-5, armature=0.0)
+        result = run(scenario, law, model=model, step=step)
+        pose = 1000 * np.abs(result.pose - exact.pose).max()
+        print(
+            f"{1000 * step:4g} ms  E {100 * (result.cost / exact.cost - 1):+.4f} %  pose {pose:.2f}"
+        )
+
+
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -67,7 +83,11 @@ def main():
     parser.add_argument("--contact-time", type=float, default=0.02)
     parser.add_argument("--cone", default="pyramidal", help="or elliptic")
     parser.add_argument("--soft-casters", action="store_true", help="wheels have the weight")
+    parser.add_argument("--convergence", action="store_true")
     arguments = parser.parse_args()
+    if arguments.convergence:
+        convergence()
+        return
     common = {"step": arguments.step, "contact_time": arguments.contact_time}
     common["cone"] = arguments.cone
     if arguments.soft_casters:

@@ -5,8 +5,8 @@
 #   most, and casters far away carry less than near ones; equal contacts share equally.
 # What happens: the casters carry 66 % of the weight where they stand 5 cm from the axle, and the same at 30 cm. The
 #   share follows from the inertia of the bodies that the contacts belong to: a contact's softness is made
-#   proportional to the body's inverse inertia, and wheels stand at the ends of the axle, where the robot's roll makes them
-#   light. With a fifth of the roll inertia the wheels carry 23 % in place of 34, although nothing rolls. Nothing in
+#   proportional to the body's inverse inertia, and wheels stand at the ends of the axle, where the robot's roll makes
+#   them light. With a fifth of the roll inertia the wheels carry 23 % in place of 34, although nothing rolls. Nothing in
 #   the model speaks of stiffness or load.
 # Why it matters: the load decides grip, and how much a wide wheel scrubs. Torques that a real robot's wheels
 #   take skid in the simulator, or the reverse, and the roll inertia, which nobody measures for a planar robot, is

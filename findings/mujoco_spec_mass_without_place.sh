@@ -5,8 +5,8 @@
 #   frame; the place of the inertia (ipos), which is not a number until it is set, defaults to that frame.
 # What happens: the model compiles without a warning, with the right total mass. Each body's offset from its parent is
 #   added a second time as the place of its centre of mass: a robot whose axle is 0.5 m above the floor has its centre
-#   of mass at 0.9 m in place of 0.5, and six times the roll inertia. The text of the same spec (to_xml) has no <inertial>
-#   at all, and cannot be read back. With ipos = [0, 0, 0] everything is right.
+#   of mass at 0.9 m in place of 0.5, and five times the roll inertia. The text of the same spec (to_xml) has no
+#   <inertial> at all, and cannot be read back. With ipos = [0, 0, 0] everything is right.
 # Why it matters: a wheel's body stands half a track beside the robot's, so that the yaw inertia of a robot made this
 #   way is wrong by the wheels' share, the load moves between wheels and casters, and gains tuned on it are those of
 #   another robot. Mass and gravity, which one would check first, are right.
