@@ -57,6 +57,7 @@ class Drake:
         """End the process."""
         self.process.stdin.close()
         self.process.wait()
+        self.process.stdout.close()
 
 
 def start_of(scenario):
