@@ -302,8 +302,7 @@ def prepare_options(
 ) -> None:
     """Set what every run needs: no restart after a divergence, the friction cones, gravity.
 
-    The integrator is MuJoCo's semi-implicit Euler. Its implicit ones make wheels with damped joints
-    skid.
+    The integrator is MuJoCo's semi-implicit Euler. Under its implicit ones wheels on servos skid.
 
     Raises
     ------

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 STEP = 0.002  # [s]
 
-_REFUSED = {"implicit", "implicitfast", "RK4"}
+_REFUSED = {"implicit", "implicitfast"}
 _MOST_TILT = math.cos(math.radians(60))
 
 
@@ -77,8 +77,8 @@ def run(
         A Model, with what wheels, joint_friction and the settings would say; its own joints have
         the friction then.
     integrator
-        "Euler" or "discrete". The implicit ones are refused: with damped joints they let wheels
-        skid.
+        "Euler" or "discrete". The implicit ones are refused: under them wheels on servos, which a
+        model of one's own may have, skid.
     **settings
         Of `build_model`: casters, floor, slope, bumps, wheel_width, wheel_mass, armature,
         contact_time,
@@ -167,7 +167,7 @@ def check_integrator(integrator: Any) -> None:
     """
     if integrator in INTEGRATORS:
         return
-    why = ": under it wheels with damped joints skid" if integrator in _REFUSED else ""
+    why = ": under it wheels on servos skid" if integrator in _REFUSED else ""
     near = "" if why else suggestion(integrator, INTEGRATORS)
     raise ValueError(
         f"integrator is {shown(integrator)}{why}; must be one of {', '.join(INTEGRATORS)}{near}"

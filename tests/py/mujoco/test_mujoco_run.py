@@ -206,6 +206,38 @@ def test_joint_friction_is_the_scenario_s_and_the_argument_s():
     assert both.cost == pytest.approx(own.cost, rel=1e-9)
 
 
+@pytest.mark.parametrize("contact_time", [0.02, 0.01])
+def test_a_wheel_slips_outward_in_a_turn_by_the_contact_time(contact_time):
+    """By v omega times it, times half of the impedance's upper limit: what the docs say."""
+    v, omega = 0.6, 0.5
+    scenario = FAST.replace(initial_pose=(0, 0, 0), initial_velocity=(v, omega))
+    model = build_model(contact_time=contact_time, cone="elliptic")
+    machine = Machine(model, 0.002, "Euler", scenario)
+    machine.move((0.0, 0.0), (0.0, 0.0), 250)
+    speed = machine.data.qvel[machine.speed : machine.speed + 2]
+    theta = machine.state[2]
+    side = speed[1] * np.cos(theta) - speed[0] * np.sin(theta)
+    assert side == pytest.approx(-v * omega * contact_time * 0.95 / 2, rel=0.2)
+
+
+def test_why_implicit_integrators_are_refused():
+    """Wheels on velocity servos skid under them."""
+    slips = {}
+    for word in ("mjINT_IMPLICITFAST", "mjINT_DISCRETE"):
+        spec = build_model().spec
+        spec.option.timestep = 0.002
+        spec.option.integrator = getattr(mujoco.mjtIntegrator, word)
+        for servo in spec.actuators:
+            servo.set_to_velocity(kv=2.0)
+        engine = spec.compile()
+        data = mujoco.MjData(engine)
+        mujoco.mj_step(engine, data, nstep=500)
+        data.ctrl[:] = 5.0
+        mujoco.mj_step(engine, data, nstep=200)
+        slips[word] = abs(data.qvel[6] * 0.076 - data.qvel[0])
+    assert slips["mjINT_IMPLICITFAST"] > 10 * slips["mjINT_DISCRETE"]
+
+
 def test_discrete_rolls_as_euler():
     costs = [run(FAST, TRACKING, integrator=word).cost for word in ("Euler", "discrete")]
     assert costs[1] == pytest.approx(costs[0], rel=5e-3)
@@ -281,7 +313,7 @@ def test_another_s_warning_handler_comes_back():
         ),
         ({"step": 0.0}, "step is 0.0"),
         ({"step": 0.05}, r"step is 0.05 s and the shortest contact_time 0.02 s"),
-        ({"integrator": "implicitfast"}, "'implicitfast': under it wheels with damped joints skid"),
+        ({"integrator": "implicitfast"}, "'implicitfast': under it wheels on servos skid"),
         ({"integrator": "euler"}, "did you mean 'Euler'"),
         ({"odometry": 1}, "odometry is 1"),
         ({"counts": 144}, "counts is 144 without odometry"),
