@@ -4,8 +4,8 @@
 # One would guess: a height field whose heights are all zero is a plane, so that a robot without torque stays.
 #   Swapping the plane for a height field to add bumps later changes nothing.
 # What happens: a robot on ellipsoid or cylinder wheels turns by 3 degrees within 15 s, without torque, wheels rolling
-#   against each other; on the plane, and on spheres, it stays to the last digit. Contacts of these shapes with a field are
-#   found by a general algorithm on the prisms under the robot, whose points and normals are a little off.
+#   against each other; on the plane, and on spheres, it stays to the last digit. Contacts of these shapes with a field
+#   are found by a general algorithm on the prisms under the robot, whose points and normals are a little off.
 # Why it matters: a simulated robot drifts in its heading with nothing to blame, and a controller with an integral
 #   part learns a torque that the real floor does not ask for. The floor's height 0 hides it: everything looks flat.
 # Seen with: mujoco-core 4.0.1.
@@ -38,7 +38,8 @@ def heading_after(seconds, floor, wheel):
         <body pos="0 {y} 0"><joint axis="0 1 0" damping="0.001"/>
           <geom {WHEELS[wheel]} euler="90 0 0" mass="0.2"/></body>""" for y in (0.15, -0.15))
     casters = "".join(f"""
-        <geom type="sphere" size="0.02" pos="{x} 0 -0.03" mass="0.01" condim="1" priority="1"/>""" for x in (-0.08, 0.08))
+        <geom type="sphere" size="0.02" pos="{x} 0 -0.03" mass="0.01" condim="1" priority="1"/>"""
+                      for x in (-0.08, 0.08))
     model = mujoco.MjModel.from_xml_string(f"""
         <mujoco>
           <asset><hfield name="flat" nrow="20" ncol="20" size="2 2 0.1 0.1"/></asset>

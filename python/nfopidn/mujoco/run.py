@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 STEP = 0.002  # [s]
 
 _REFUSED = {"implicit", "implicitfast"}
+_SAME_ROBOT = 0.01
 _MOST_TILT = math.cos(math.radians(60))
 
 
@@ -226,7 +227,24 @@ def _given_model(
                 f"the scenario's {name} is {value:g}; with a model it must be 0, as "
                 "the model's joints have their own"
             )
+    _compare_robots(scenario, model)
     return model
+
+
+def _compare_robots(scenario: Scenario, model: Model) -> None:
+    """Say that the reference torques are another robot's."""
+    apart = []
+    for name in ("mass", "inertia", "track_width", "wheel_radius"):
+        own, other = getattr(model.robot, name), getattr(scenario.robot, name)
+        if abs(own / other - 1) > _SAME_ROBOT:
+            apart.append(f"{name} {own:.4g}, the scenario's {other:.4g}")
+    if apart:
+        warnings.warn(
+            f"mujoco.run: the model is another robot than the scenario's: {'; '.join(apart)}; "
+            "Scenario.replace(robot=model.robot) makes them one",
+            UserWarning,
+            stacklevel=4,
+        )
 
 
 class _Loop:

@@ -5,6 +5,7 @@ import os
 import pickle
 import sys
 import types
+from concurrent.futures import ThreadPoolExecutor
 
 import mujoco
 import numpy as np
@@ -347,6 +348,24 @@ def test_a_missing_extra_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", old)
     with pytest.raises(ImportError, match=r"needs MuJoCo 4 and found 3.4.0"):
         run(FAST, TRACKING)
+
+
+def test_a_model_of_another_robot_is_warned_of():
+    heavy = FAST.replace(robot=Robot(mass=12.5))
+    with pytest.warns(UserWarning, match="another robot than the scenario's: mass 11.5, the sc"):
+        run(heavy, TRACKING, model=build_model())
+
+
+def test_runs_at_a_time_are_those_one_by_one():
+    """In threads; the handler of warnings, which is the process's, comes back after the last."""
+    alone = [run(FAST, TRACKING, wheels) for wheels in ("ellipsoid", "cylinder")]
+    with ThreadPoolExecutor(2) as pool:
+        together = list(
+            pool.map(lambda wheels: run(FAST, TRACKING, wheels), ("ellipsoid", "cylinder"))
+        )
+    for one, other in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(one.pose, other.pose)
+    assert mujoco.get_mju_user_warning() is None
 
 
 def test_a_robot_of_another_kind_is_warned_of():
