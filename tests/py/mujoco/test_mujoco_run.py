@@ -66,6 +66,18 @@ def test_left_is_the_paper_s_left():
     assert acted == pytest.approx((0.2, 0.0), abs=1e-12)
 
 
+def test_wheels_roll_from_the_start():
+    """A robot that is set in motion rolls on: its wheels, with a good deal of spin, do not skid."""
+    v, omega = 0.3, 0.8
+    scenario = FAST.replace(initial_pose=(0, 0, 0.4), initial_velocity=(v, omega))
+    machine = Machine(build_model(wheel_mass=1.0, armature=0.01), 0.002, "Euler", scenario)
+    machine.move((0.0, 0.0), (0.0, 0.0), 20)
+    np.testing.assert_allclose(machine.state[3:], (v, omega), rtol=2e-3)
+    left, right = (machine.data.qvel[dof] for dof in machine.dofs)
+    assert left == pytest.approx((v - omega * 0.226) / 0.076, rel=5e-3)
+    assert right == pytest.approx((v + omega * 0.226) / 0.076, rel=5e-3)
+
+
 @pytest.mark.parametrize(
     "changes",
     [
