@@ -31,7 +31,8 @@ ASSETS = ("docs/images/*", "docs/study/*")
 
 # The order of the sidebar. Guides that are not named come after those that are.
 GUIDES = (
-    *("tuning", "stability", "robustness", "comparison", "rivals", "embedding", "fractional"),
+    *("tuning", "stability", "robustness", "physics", "comparison", "rivals", "embedding"),
+    "fractional",
     "report",
 )
 PAPER = ("theory", "reproduction", "study/README", "equations")

@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import families, fractional, montecarlo, pickling, plot, stability, study
+from nfopidn import families, fractional, montecarlo, mujoco, pickling, plot, stability, study
 from nfopidn._core import (
     Controller,
     Motor,
@@ -10,7 +10,9 @@ from nfopidn._core import (
     SimulationResult,
     Trajectory,
     __version__,
+    odometry,
     simulate,
+    to_rep103,
 )
 from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contenders
 from nfopidn.export import export_c, export_cpp
@@ -19,6 +21,7 @@ from nfopidn.montecarlo.result import MonteCarloResult
 from nfopidn.montecarlo.runs import monte_carlo
 from nfopidn.reporting import report
 from nfopidn.robustness import Verdict, verdict
+from nfopidn.scoring import score
 from nfopidn.search.bfoa import bfoa
 from nfopidn.search.forager import Forager
 from nfopidn.search.optimise import OptimizeResult
@@ -57,13 +60,17 @@ __all__ = [
     "fractional",
     "monte_carlo",
     "montecarlo",
+    "mujoco",
+    "odometry",
     "plot",
     "report",
     "scenario_suite",
+    "score",
     "simulate",
     "simulate_many",
     "stability",
     "study",
+    "to_rep103",
     "tune",
     "tune_contenders",
     "verdict",

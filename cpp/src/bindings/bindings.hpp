@@ -108,6 +108,7 @@ void bind_trajectory(py::module_& module);
 void bind_scenario(py::module_& module);
 void bind_controller(py::module_& module);
 void bind_rivals(py::module_& module);
+void bind_wheels(py::module_& module);
 void bind_simulation(py::module_& module);
 void bind_tuning(py::module_& module);
 void bind_monte_carlo(py::module_& module);

@@ -2,6 +2,7 @@
 #include "bindings.hpp"
 #include "nfopidn/analysis/conversion.hpp"
 #include "nfopidn/tuning/structures.hpp"
+#include "stepping.hpp"
 
 namespace nfopidn::python {
 
@@ -233,52 +234,30 @@ py::dict parameters_of_law(const PyController& self) {
   return result;
 }
 
-py::tuple step(PyController& self, const py::object& measured_numbers,
-               const py::object& reference_numbers, double torque_limit) {
+py::tuple step_controller(PyController& self, const py::object& measurement,
+                          const py::object& reference, const py::object& torque_limit) {
   const std::string callable = "Controller.step";
-  const Numbers measurement = real_numbers(callable, "measurement", measured_numbers);
-  const Numbers reference = real_numbers(callable, "reference", reference_numbers);
-  if (measurement.ndim() != 1 || measurement.size() < 3 || measurement.size() > 5) {
-    throw py::value_error(callable + ": measurement has " + std::to_string(measurement.size()) +
-                          " numbers; must have 3 to 5: x, y, theta, v, omega");
+  const auto [measured, wanted] = step_arguments(callable, measurement, reference);
+  const bool started = self.running.is_started();
+  const double limit =
+      step_limit(callable, torque_limit,
+                 started ? self.running.torque_limit() : ControlLimits<double>{}.torque);
+  if (self.settings.lateral == Lateral::speed && self.settings.speed_scale == 0 && !started) {
+    raise(callable, refuse_number("speed_scale", 0, greater_than(0), "m/s, outside a simulation"));
   }
-  if (reference.ndim() != 1 || reference.size() != 8) {
-    throw py::value_error(callable + ": reference has " + std::to_string(reference.size()) +
-                          " numbers; must have 8: x, y, theta, v, omega, tau_left, tau_right, "
-                          "reverse");
-  }
-  for (const auto& [array, name] :
-       {std::pair{&measurement, "measurement"}, std::pair{&reference, "reference"}}) {
-    for (py::ssize_t i = 0; i < array->size(); ++i) {
-      // Beyond, a float's digits no longer tell one centimetre from the next.
-      const Range range = between(-1e12, 1e12);
-      const double number = array->at(i);
-      if (range.contains(number)) continue;
-      raise(callable, refuse_number(std::string(name) + "[" + std::to_string(i) + "]", number,
-                                    std::isfinite(number) ? range : any_number()));
-    }
-  }
-  const Range positive = greater_than(0);
-  if (!std::isfinite(torque_limit) || !positive.contains(torque_limit)) {
-    raise(callable, refuse_number("torque_limit", torque_limit, positive, "N m"));
-  }
-  if (self.settings.lateral == Lateral::speed && self.settings.speed_scale == 0) {
-    raise(callable, refuse_number("speed_scale", 0, positive, "m/s, outside a simulation"));
-  }
-  if (self.settings.net == Net::speed_errors && !self.settings.sample_time.has_value()) {
+  if (self.settings.net == Net::speed_errors && !self.settings.sample_time.has_value() &&
+      !started) {
     raise(callable, refuse(Status::inconsistent, "sample_time", "unknown",
                            "given, in seconds, with net \"speed-errors\""));
   }
-  const auto measured = [&](py::ssize_t i) {
-    return i < measurement.size() ? measurement.at(i) : 0;
-  };
-  const auto wanted = [&](py::ssize_t i) { return reference.at(i); };
-  const Measurement<double> pose = {measured(0), measured(1), measured(2), measured(3),
-                                    measured(4)};
-  const ReferenceSample<double> sample = {wanted(0), wanted(1), wanted(2), wanted(3),
-                                          wanted(4), wanted(5), wanted(6), wanted(7) != 0};
-  const TorquePair<double> torque = self.running.step(self.settings, torque_limit, pose, sample);
+  const TorquePair<double> torque = self.running.step(self.settings, limit, measured, wanted);
   return py::make_tuple(torque.left, torque.right);
+}
+
+void start_controller(PyController& self, const Scenario& scenario) {
+  check("Controller.start", explain_sample_time(self.settings, scenario.trajectory.dt()));
+  warn_of_robot("Controller.start", self.settings, scenario.modelled_robot());
+  self.running.start(self.settings, limits_of(scenario), scenario.initial_velocity.reference);
 }
 
 }  // namespace
@@ -422,13 +401,18 @@ void bind_controller(py::module_& module) {
                             "it (docs/theory.md); empty\nwithout its parts");
   cls.def_property_readonly("taps", &taps,
                             "(3, memory + 2): the channels' fused filters, newest error first");
-  cls.def(
-      "step", &step, Computes(), py::arg("measurement"), py::arg("reference"),
-      py::arg("torque_limit") = ControlLimits<double>{}.torque,
-      "step(self, measurement, reference, torque_limit=3.078)\n--\n\nThe limited torques (left, "
-      "right) [N m] of one sample.\n\nmeasurement: x, y [m], theta [rad] and, not used, v, "
-      "omega. reference: a row of\nScenario.reference. ValueError for what is not finite; the "
-      "memory is then as before.");
+  cls.def("step", &step_controller, Computes(), py::arg("measurement"), py::arg("reference"),
+          py::arg("torque_limit") = py::none(),
+          "step(self, measurement, reference, torque_limit=None)\n--\n\nThe limited torques (left, "
+          "right) [N m] of one sample.\n\nmeasurement: x, y [m], theta [rad] and, not used, v, "
+          "omega. reference: a row of\nScenario.reference. torque_limit [N m]: None is that of the "
+          "scenario that start() was given, or 3.078 of\nthe paper's robot. ValueError for what is "
+          "not finite; the memory is then as before.");
+  cls.def("start", &start_controller, Computes(), py::arg("scenario"),
+          "start(self, scenario)\n--\n\nMakes ready for a run of the scenario as simulate() does "
+          "it: at rest, with the scenario's torque limit,\nsample time and peak speed, which "
+          "step() then need not be told. ValueError: the controller is\nmade for another sample "
+          "time.");
   cls.def(
       "reset", [](C& self) { self.running.reset(); },
       "reset(self)\n--\n\nForgets past errors and torque.");

@@ -30,6 +30,7 @@ PYBIND11_MODULE(_core, module) {
   binding::bind_scenario(module);
   binding::bind_controller(module);
   binding::bind_rivals(module);
+  binding::bind_wheels(module);
   binding::bind_simulation(module);
   binding::bind_tuning(module);
   binding::bind_monte_carlo(module);

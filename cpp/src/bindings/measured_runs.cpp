@@ -6,14 +6,15 @@
 #include "nfopidn/rivals/rivals.hpp"
 #include "nfopidn/tuning/family_cost.hpp"
 #include "search_runner.hpp"
+#include "stepping.hpp"
 
 namespace nfopidn::python {
 
 namespace {
 
 RunDriver driver_from(const py::handle& given) {
-  if (py::isinstance<rivals::RivalDesign>(given)) {
-    const auto design = given.cast<rivals::RivalDesign>();
+  if (py::isinstance<PyRival>(given)) {
+    const rivals::RivalDesign design = given.cast<const PyRival&>().design;
     return RunDriver([design](const Scenario& one) { return simulate(one, design); });
   }
   return RunDriver(given.cast<const PyController&>().settings);

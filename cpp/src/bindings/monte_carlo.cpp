@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "nfopidn/rivals/rivals.hpp"
 #include "nfopidn/tuning/measured_runs.hpp"
+#include "stepping.hpp"
 
 namespace nfopidn::python {
 
@@ -26,8 +27,8 @@ class PyDrawnRuns {
   PyDrawnRuns(const Scenario& scenario, const py::object& controller,
               const std::vector<std::string>& names)
       : scenarios_(scenario, indices_of(names)) {
-    if (py::isinstance<rivals::RivalDesign>(controller)) {
-      const auto design = controller.cast<rivals::RivalDesign>();
+    if (py::isinstance<PyRival>(controller)) {
+      const rivals::RivalDesign design = controller.cast<const PyRival&>().design;
       runs_ = std::make_unique<MonteCarloRuns>(
           scenarios_, [design](const Scenario& one) { return evaluate(prepare(one), design); });
       driver_.emplace([design](const Scenario& one) { return simulate(one, design); });

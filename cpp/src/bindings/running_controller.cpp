@@ -19,7 +19,7 @@ RunningController::~RunningController() = default;
 
 RunningController RunningController::copy() const {
   RunningController result;
-  result.torque_limit_ = torque_limit_;
+  result.limits_ = limits_;
   if (!laws_) return result;
   result.laws_ = std::make_unique<Laws>();
   if (laws_->taps)
@@ -28,28 +28,39 @@ RunningController RunningController::copy() const {
   return result;
 }
 
-void RunningController::set_up(const ControllerDesign& design, double torque_limit) {
+void RunningController::start(const ControllerDesign& design, const ControlLimits<double>& limits,
+                              bool in_motion) {
+  limits_ = limits;
+  set_up(design);
+  const auto restart = [in_motion](auto& law) { in_motion ? law.reset_in_motion() : law.reset(); };
+  if (laws_->taps) restart(*laws_->taps);
+  if (laws_->modes) restart(*laws_->modes);
+}
+
+void RunningController::set_up(const ControllerDesign& design) {
   if (!laws_) laws_ = std::make_unique<Laws>();
   if (design.memory.is_long()) {
     if (!laws_->modes) {
-      laws_->modes = std::make_unique<LongController>(long_controller(design, {torque_limit, 1}));
+      laws_->modes = std::make_unique<LongController>(long_controller(design, limits_));
     }
-    laws_->modes->configure_structure(design, {torque_limit, 1});
+    laws_->modes->configure_structure(design, limits_);
   } else {
     if (!laws_->taps) laws_->taps = std::make_unique<decltype(Laws::taps)::element_type>();
-    laws_->taps->configure(design, {torque_limit, 1});
+    laws_->taps->configure(design, limits_);
     if (!design.taps.empty()) {
       laws_->taps->set_taps(design.channel_taps(0), design.channel_taps(1), design.channel_taps(2),
                             design.memory + 2);
     }
   }
-  torque_limit_ = torque_limit;
 }
 
 TorquePair<double> RunningController::step(const ControllerDesign& design, double torque_limit,
                                            const Measurement<double>& measured,
                                            const ReferenceSample<double>& reference) {
-  if (torque_limit_ != torque_limit) set_up(design, torque_limit);
+  if (limits_.torque != torque_limit) {
+    limits_.torque = torque_limit;
+    set_up(design);
+  }
   return laws_->modes ? laws_->modes->step(measured, reference)
                       : laws_->taps->step(measured, reference);
 }

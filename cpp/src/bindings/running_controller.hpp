@@ -18,6 +18,11 @@ class RunningController {
 
   // One that goes on from the same past errors and torque.
   RunningController copy() const;
+  // Makes ready for a run: at rest, or, with `in_motion`, at the reference's speed already.
+  void start(const ControllerDesign& design, const ControlLimits<double>& limits, bool in_motion);
+  // Whether start() has told the sample time and the peak speed.
+  bool is_started() const { return limits_.sample_time > 0; }
+  double torque_limit() const { return limits_.torque; }
   // At the first call, and where the limit [N m] is another one, the law is set up.
   TorquePair<double> step(const ControllerDesign& design, double torque_limit,
                           const Measurement<double>& measured,
@@ -28,10 +33,10 @@ class RunningController {
  private:
   struct Laws;
 
-  void set_up(const ControllerDesign& design, double torque_limit);
+  void set_up(const ControllerDesign& design);
 
   std::unique_ptr<Laws> laws_;
-  double torque_limit_ = 0;
+  ControlLimits<double> limits_ = {0, 1, 0};
 };
 
 }  // namespace nfopidn::python

@@ -1,11 +1,12 @@
 // simulate() and SimulationResult.
 #include <variant>
 
-#include "bindings.hpp"
 #include "nfopidn/io/json_rival.hpp"
 #include "nfopidn/simulation/playback.hpp"
+#include "nfopidn/simulation/recorded.hpp"
 #include "nfopidn/simulation/run_figures.hpp"
 #include "nfopidn/tuning/monte_carlo.hpp"
+#include "stepping.hpp"
 
 namespace nfopidn::python {
 
@@ -29,12 +30,12 @@ struct PyResult {
 
 PyResult run(const Scenario* scenario, const py::object& controller) {
   PyResult run{scenario != nullptr ? *scenario : Scenario::published(), ControllerDesign{}, {}};
-  if (py::isinstance<rivals::RivalDesign>(controller)) {
-    run.driver = controller.cast<const rivals::RivalDesign&>();
+  if (py::isinstance<PyRival>(controller)) {
+    run.driver = controller.cast<const PyRival&>().design;
   } else if (py::isinstance<PyController>(controller)) {
     const ControllerDesign& design = controller.cast<const PyController&>().settings;
     check("simulate", explain_sample_time(design, run.scenario.trajectory.dt()));
-    warn_of_robot(design, run.scenario.modelled_robot());
+    warn_of_robot("simulate", design, run.scenario.modelled_robot());
     run.driver = design;
   } else if (!controller.is_none()) {
     throw py::type_error("simulate: controller must be a Controller or a Rival, not " +
@@ -70,6 +71,60 @@ PyResult run_torques(const Scenario& scenario, const py::object& given) {
   return run;
 }
 
+double finite_at(const Numbers& numbers, const char* name, py::ssize_t row, py::ssize_t column) {
+  const double number = numbers.at(row, column);
+  if (!std::isfinite(number)) {
+    raise("score",
+          refuse_number(std::string(name) + "[" + std::to_string(row) + "]", number, any_number()));
+  }
+  return number;
+}
+
+// A run that took place elsewhere: rows of x, y, theta, v, omega and of torques left, right, and of
+// the feedback's part of those.
+PyResult score_rows(const Scenario& scenario, const py::object& controller,
+                    const py::object& states, const py::object& torques,
+                    const py::object& feedbacks) {
+  const Numbers state = real_numbers("score", "state", states);
+  const Numbers torque = real_numbers("score", "torque", torques);
+  const Numbers feedback = real_numbers("score", "feedback", feedbacks);
+  const py::ssize_t rows = state.shape(0);
+  std::vector<RecordedSample> samples;
+  for (py::ssize_t k = 0; k < rows; ++k) {
+    const auto pair = [&](const Numbers& numbers, const char* name) {
+      return TorquePair<double>{finite_at(numbers, name, k, 0), finite_at(numbers, name, k, 1)};
+    };
+    const auto number = [&](py::ssize_t i) { return finite_at(state, "state", k, i); };
+    samples.push_back({{number(0), number(1), number(2), number(3), number(4)},
+                       pair(torque, "torque"),
+                       pair(feedback, "feedback")});
+  }
+  PyResult run{scenario, std::monostate(), {}};
+  if (py::isinstance<PyRival>(controller)) {
+    run.driver = controller.cast<const PyRival&>().design;
+  } else if (!controller.is_none()) {
+    run.driver = controller.cast<const PyController&>().settings;
+  }
+  watched([&] { run.result = score(run.scenario, samples); });
+  return run;
+}
+
+// (N, 3): what simulate() adds to the measured x, y [m] and theta [rad] at each sample.
+py::array noise_rows(const Scenario& scenario) {
+  const PreparedRun run = prepare(scenario);
+  const auto samples = static_cast<py::ssize_t>(run.reference.size());
+  py::array_t<double> rows({samples, py::ssize_t{3}});
+  auto cell = rows.mutable_unchecked<2>();
+  for (py::ssize_t k = 0; k < samples; ++k) {
+    const Measurement<double> noise = run.noise.empty() ? Measurement<double>{0, 0, 0, 0, 0}
+                                                        : run.noise[static_cast<std::size_t>(k)];
+    cell(k, 0) = noise.x;
+    cell(k, 1) = noise.y;
+    cell(k, 2) = noise.theta;
+  }
+  return read_only(std::move(rows));
+}
+
 Json write_driver(const Driver& driver) {
   if (const auto* rival = std::get_if<rivals::RivalDesign>(&driver)) return write_rival(*rival);
   if (std::holds_alternative<std::monostate>(driver)) return nullptr;
@@ -89,7 +144,8 @@ Driver read_driver(const Json& document) {
 }
 
 py::object driver_of(const PyResult& self) {
-  if (const auto* rival = std::get_if<rivals::RivalDesign>(&self.driver)) return py::cast(*rival);
+  if (const auto* rival = std::get_if<rivals::RivalDesign>(&self.driver))
+    return py::cast(PyRival(*rival));
   if (std::holds_alternative<std::monostate>(self.driver)) return py::none();
   return py::cast(PyController(std::get<ControllerDesign>(self.driver)));
 }
@@ -200,6 +256,9 @@ void bind_simulation(py::module_& module) {
       "torque_deviation", [](const R& run) { return torque_deviation(run.result); },
       py::arg("run"));
   module.def("play", &run_torques, py::arg("scenario"), py::arg("torque"));
+  module.def("score_rows", &score_rows, py::arg("scenario"), py::arg("controller"),
+             py::arg("state"), py::arg("torque"), py::arg("feedback"));
+  module.def("noise_rows", &noise_rows, Computes(), py::arg("scenario"));
   module.def("metric_fields", [] {
     py::dict result;
     Metrics::fields([&](const auto& f) { result[f.name] = py::make_tuple(f.unit, f.text); });

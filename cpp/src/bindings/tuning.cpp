@@ -3,6 +3,7 @@
 #include "nfopidn/rivals/tuning.hpp"
 
 #include "search_runner.hpp"
+#include "stepping.hpp"
 
 namespace nfopidn::python {
 
@@ -192,13 +193,13 @@ py::tuple stage_suffixes() {
   return py::tuple(suffixes);
 }
 
-py::dict search_rival(const std::vector<const Scenario*>& scenarios,
-                      const rivals::RivalDesign& rival, const std::vector<int>& source,
-                      const std::vector<double>& fixed, double worst_share,
-                      const std::vector<double>& caps, int threads, const py::dict& given) {
+py::dict search_rival(const std::vector<const Scenario*>& scenarios, const PyRival& rival,
+                      const std::vector<int>& source, const std::vector<double>& fixed,
+                      double worst_share, const std::vector<double>& caps, int threads,
+                      const py::dict& given) {
   const Request request(given);
   const BoxRequest box(given);
-  rivals::RivalObjective objective(scenarios, rival, {source, fixed},
+  rivals::RivalObjective objective(scenarios, rival.design, {source, fixed},
                                    static_cast<int>(box.low.size()), {worst_share, caps}, threads);
   SearchRunner runner(request, box.problems());
   return runner.reply(runner.run("", objective, {box.low, box.high, tuning_powers(box.low)},

@@ -16,6 +16,7 @@ from nfopidn.commands.compare import add_compare
 from nfopidn.commands.front import EXIT_DIVERGED, write_front
 from nfopidn.commands.monte_carlo import add_monte_carlo
 from nfopidn.commands.parsing import limits, pairs, parse
+from nfopidn.commands.physics import add_physics
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
@@ -414,6 +415,7 @@ def main(words: Sequence[str] | None = None) -> int:
     _add_export(commands)
     add_compare(commands)
     add_monte_carlo(commands)
+    add_physics(commands)
     add_report(commands)
     add_study(commands)
     add_verdict(commands)

@@ -30,6 +30,8 @@ MODULES = [
     "pickling",
     "files",
     "console",
+    "scoring",
+    "mujoco",
     "fractional",
     "stability",
     "families",

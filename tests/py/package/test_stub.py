@@ -68,6 +68,8 @@ INNER = {
     "from_unit",
     "to_unit",
     "play",
+    "score_rows",
+    "noise_rows",
     "metric_fields",
     "structure",
     "parameter_bounds",

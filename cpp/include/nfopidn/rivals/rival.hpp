@@ -164,6 +164,12 @@ class Rival {
   // The unlimited feedback part of the last step's torque.
   constexpr TorquePair<Scalar> feedback() const noexcept { return feedback_; }
 
+  // From the next step on; what is remembered stays.
+  constexpr void set_torque_limit(Base limit) noexcept {
+    limit_ = limit;
+    most_ = {Base(2) * limit * dynamics_.drive, Base(2) * limit * dynamics_.steer};
+  }
+
  private:
   NFOPIDN_INLINE static constexpr Scalar within(const Scalar& value, Base limit) {
     return math<Scalar>::maximum(math<Scalar>::minimum(value, Scalar(limit)), Scalar(-limit));

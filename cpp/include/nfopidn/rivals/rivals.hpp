@@ -78,6 +78,7 @@ class AnyRival {
   virtual TorquePair<double> step(const Measurement<double>& measured,
                                   const ReferenceSample<double>& reference) = 0;
   virtual TorquePair<double> feedback() const = 0;
+  virtual void set_torque_limit(double limit) = 0;
 };
 
 template <class Law, bool with_integral>
@@ -91,6 +92,7 @@ class RivalOf final : public AnyRival {
     return rival_.step(measured, reference);
   }
   TorquePair<double> feedback() const override { return rival_.feedback(); }
+  void set_torque_limit(double limit) override { rival_.set_torque_limit(limit); }
 
  private:
   Rival<Law, with_integral> rival_;
@@ -101,9 +103,12 @@ inline Model<double> model_of(const RivalDesign& design, const PreparedRun& run)
   return {design.robot, run.scenario->trajectory.dt(), run.limits.speed_scale};
 }
 
-// Ready to run.
+// Ready to run, its torques within a limit [N m].
 NFOPIDN_HOST std::unique_ptr<AnyRival> make_rival(const RivalDesign& design,
-                                                  const PreparedRun& run);
+                                                  const Model<double>& model, double torque_limit);
+inline std::unique_ptr<AnyRival> make_rival(const RivalDesign& design, const PreparedRun& run) {
+  return make_rival(design, model_of(design, run), run.limits.torque);
+}
 
 }  // namespace nfopidn::rivals
 
@@ -154,20 +159,18 @@ NFOPIDN_HOST std::vector<ParameterBounds> law_bounds(std::size_t law, bool integ
 }
 
 NFOPIDN_HOST std::unique_ptr<AnyRival> make_rival(const RivalDesign& design,
-                                                  const PreparedRun& run) {
+                                                  const Model<double>& model, double torque_limit) {
   return with_law(design.law, [&](auto* own) -> std::unique_ptr<AnyRival> {
     using Law = std::remove_pointer_t<decltype(own)>;
-    const Model<double> model = model_of(design, run);
     typename Law::Settings settings;
     const double* rest = take_parameters(design.parameters.data(), settings);
     const Law law(settings, model);
     if (!design.integral) {
-      return std::make_unique<RivalOf<Law, false>>(law, model, run.limits.torque, design.speeds);
+      return std::make_unique<RivalOf<Law, false>>(law, model, torque_limit, design.speeds);
     }
     IntegralGains<double> gains;
     take_parameters(rest, gains);
-    return std::make_unique<RivalOf<Law, true>>(law, model, run.limits.torque, design.speeds,
-                                                gains);
+    return std::make_unique<RivalOf<Law, true>>(law, model, torque_limit, design.speeds, gains);
   });
 }
 
