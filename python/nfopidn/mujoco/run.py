@@ -177,7 +177,7 @@ def check_integrator(integrator: Any) -> None:
 
 
 def _encoders_of(scenario: Scenario, odometry: Any, counts: Any) -> tuple[bool, int | None]:
-    """Say whether the pose is by odometry, and from how many counts; refuse what is not modelled."""
+    """Say whether the pose is by odometry, and of how many counts; refuse what is not modelled."""
     if scenario.motor is not None:
         raise ValueError(
             "the scenario has a motor, which the engine's model has not; "
@@ -185,8 +185,8 @@ def _encoders_of(scenario: Scenario, odometry: Any, counts: Any) -> tuple[bool, 
         )
     if any(scenario.odometry_errors):
         raise ValueError(
-            f"the scenario's odometry_errors are {scenario.odometry_errors}; must be 0 here: wheels "
-            "of other radii are another robot's"
+            f"the scenario's odometry_errors are {scenario.odometry_errors}; must be 0 here: "
+            "wheels of other radii are another robot's"
         )
     if scenario.encoder_counts and counts is None:
         return True, scenario.encoder_counts

@@ -128,7 +128,7 @@ def open_loop_optimum(
     ------
     ValueError
         Names the argument, its value and what is allowed; or what of the scenario has no smooth
-        form: the integrator "exact".
+        form: the integrator "exact", or a motor.
     ImportError
         If CasADi is not installed.
     """
@@ -164,6 +164,10 @@ def _check(
     if scenario.integrator != "semi-implicit-euler":
         raise ValueError(
             f"scenario has integrator {scenario.integrator!r}; must be 'semi-implicit-euler'"
+        )
+    if scenario.motor is not None:
+        raise ValueError(
+            "scenario has a motor, whose supply is no part of this problem; must be None"
         )
 
 
