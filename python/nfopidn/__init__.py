@@ -1,6 +1,6 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import families, fractional, montecarlo, pickling, plot, stability, study
+from nfopidn import families, fractional, montecarlo, pickling, plot, stability, study, trajectories
 from nfopidn._core import (
     Controller,
     Rival,
@@ -60,6 +60,7 @@ __all__ = [
     "simulate_many",
     "stability",
     "study",
+    "trajectories",
     "tune",
     "tune_contenders",
     "verdict",

@@ -102,6 +102,7 @@ void watched(const Work& work) {
 void bind_files(py::module_& module);
 void bind_robot(py::module_& module);
 void bind_trajectory(py::module_& module);
+void bind_tables(py::module_& module);
 void bind_scenario(py::module_& module);
 void bind_controller(py::module_& module);
 void bind_rivals(py::module_& module);

@@ -30,6 +30,7 @@ MODULES = [
     "pickling",
     "files",
     "console",
+    "trajectories",
     "fractional",
     "stability",
     "families",
