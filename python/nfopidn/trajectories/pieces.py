@@ -18,6 +18,8 @@ _Array = NDArray[np.float64]
 #: Places of a piece: per point, and in all at least and at most (or four a point, if that is more).
 _PLACES_PER_POINT, _LEAST_PLACES, _MOST_PLACES = 40, 200, 4000
 _PLACES_OF_A_TURN = 200
+#: The most that the tangent turns between two places [rad], where that does not make too many.
+_TURN_OF_A_STEP = 0.1
 #: Points of Gauss's rule, and intervals a place, of the path's length.
 _GAUSS, _FINE = 3, 4
 #: A curve that bends within this part of the shorter leg beside it is a corner to stop at.
@@ -169,11 +171,18 @@ def measure(
 
     They are no more than `step` [m] apart, unless that makes too many.
     """
+    points = len(curve.u) - 1
     chords = float(np.hypot(*np.diff(curve(curve.u), axis=0).T).sum())
-    places = _places(len(curve.u) - 1, chords, step)
-    piece = Piece.of(curve, reverse, places)
-    s = np.linspace(0.0, piece.length, places + 1)
-    return piece, s, *piece.curvature(s)
+    places = _places(points, chords, step)
+    while True:
+        piece = Piece.of(curve, reverse, places)
+        s = np.linspace(0.0, piece.length, places + 1)
+        kappa, change = piece.curvature(s)
+        bend = float(np.nan_to_num(np.abs(kappa), nan=0.0).max())
+        finer = _places(points, chords, min(step, _TURN_OF_A_STEP / max(bend, 1e-9)))
+        if finer <= places:
+            return piece, s, kappa, change
+        places = finer
 
 
 def event_of_piece(piece: Piece, s: _Array, kappa: _Array, change: _Array, speed: _Array) -> Event:

@@ -24,6 +24,8 @@ _Rows = list[tuple[float, float, float]]
 
 #: Friction that grows with speed is linear in w about the motion found last.
 _FRICTION_PASSES = 4
+#: Least w between the ends, a part of the largest.
+_CRAWL = 1e-6
 #: Below this a limit's coefficient counts as none, against the other one's.
 _NONE = 1e-12
 
@@ -219,6 +221,9 @@ def _two_passes(places: list[_Rows], most: _Array, step: float) -> _Array:
     for i in range(last):
         u = _largest_acceleration(intervals[i], w[i], ceiling[i + 1], step)
         w[i + 1] = min(max(0.0, w[i] + 2.0 * step * u), ceiling[i + 1])
+    # Where the places do not resolve a bend, nothing may seem possible; it is passed at a crawl.
+    crawl = _CRAWL * max(w)
+    w[1:last] = [max(one, crawl) for one in w[1:last]]
     return np.array(w)
 
 
