@@ -1,6 +1,16 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import families, fractional, montecarlo, pickling, plot, stability, study, trajectories
+from nfopidn import (
+    families,
+    formats,
+    fractional,
+    montecarlo,
+    pickling,
+    plot,
+    stability,
+    study,
+    trajectories,
+)
 from nfopidn._core import (
     Controller,
     Rival,
@@ -50,6 +60,7 @@ __all__ = [
     "export_c",
     "export_cpp",
     "families",
+    "formats",
     "fractional",
     "monte_carlo",
     "montecarlo",

@@ -31,6 +31,7 @@ MODULES = [
     "files",
     "console",
     "trajectories",
+    "formats",
     "fractional",
     "stability",
     "families",
