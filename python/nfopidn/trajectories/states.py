@@ -152,12 +152,15 @@ def _interpolant(t: _Array, column: _Array) -> Any:
 def _resampling_error(t: _Array, x: _Array, y: _Array) -> tuple[float, float, int]:
     """Return (largest, root mean square, sample) of what every other sample tells of the rest [m].
 
-    An upper estimate of the error between samples: the distance that is bridged is twice theirs.
+    An upper estimate of the error between samples: the distance that is bridged is twice theirs. A
+    gap that is wider than that counts with the square of how much.
     """
     kept = np.arange(0, len(t), 2)
     left = np.arange(1, len(t) - 1, 2)
     off = np.hypot(*(_interpolant(t[kept], c[kept])(t[left]) - c[left] for c in (x, y)))
-    return float(off.max()), float(np.sqrt(np.mean(off**2))), int(left[np.argmax(off)])
+    step = np.diff(t)
+    wider = max(1.0, float(step.max() / (2.0 * np.median(step)))) ** 2
+    return wider * float(off.max()), float(np.sqrt(np.mean(off**2))), int(left[np.argmax(off)])
 
 
 @dataclass(frozen=True)

@@ -230,6 +230,12 @@ def _items(
         event = event_of_turn(pose, angle)
         if event is None:
             return pose
+        if min(limits.turn_acceleration, limits.wheel_torque) == inf:
+            raise ValueError(
+                f"cannot be driven: at ({pose[0]:.4g}, {pose[1]:.4g}) the robot turns on the spot "
+                f"by {angle:.3g} rad, and nothing limits how fast; give limits.turn_acceleration "
+                "or limits.wheel_torque"
+            )
         items.append(event)
         turned: _Array = pose + np.array([0.0, 0.0, angle])
         return turned

@@ -268,6 +268,10 @@ REFUSED = [
     ({"reverse": [0, 0.5, 0, 0]}, r"reverse\[1\] is 0\.5; must be 0 or 1"),
     ({"reverse": [0, 1]}, r"reverse has shape"),
     ({"dwell": [0, 0, 0, -1]}, r"dwell\[3\] is -1"),
+    (
+        {"corner": 1, "limits": Limits(speed=1, acceleration=1)},
+        r"cannot be driven: at \(2, 0\) the robot turns on the spot by 1\.57 rad, and nothing",
+    ),
     ({"dt": 0}, r"dt is 0; must be in"),
     ({"corner": 4}, r"corner is 4; must be in"),
     ({"tolerance": -1}, r"tolerance is -1"),
