@@ -14,6 +14,7 @@ from nfopidn.formats.csv import read_csv
 from nfopidn.formats.log import Array, Log, poses_of
 
 _STILL = 1e-9
+_TURNS = 1e-6
 
 
 def _document(path: str | os.PathLike[str]) -> Any:
@@ -118,24 +119,30 @@ def write_pathweaver(
 ) -> None:
     """Write a trajectory or a run as WPILib's TrajectoryUtil reads it (.wpilib.json).
 
-    WPILib's states have no turning rate, only curvature, omega/v: what turns on the spot cannot be
-    written, as its followers would command no turn.
+    WPILib's states have no turning rate, only curvature, omega/v, and between two states at one
+    place its `Trajectory.sample()` gives poses of nan. So rests at both ends are left out, the
+    times of the others being as they were, and what waits or turns on the spot in between cannot be
+    written.
 
     Raises
     ------
     ValueError
-        Names the sample that turns on the spot.
+        Names the sample that stands in between, or a motion without two places.
     """
     poses = poses_of(source, reference)
-    still = np.abs(poses.v) < _STILL
-    for k in np.flatnonzero(still & (np.abs(poses.omega) > 1e-6)):
+    moved = np.hypot(np.diff(poses.x), np.diff(poses.y)) > 0
+    going = np.flatnonzero(moved)
+    if not going.size:
+        raise ValueError("source stands at one place; WPILib's trajectories move")
+    first, last = int(going[0]), int(going[-1]) + 1
+    for k in first + np.flatnonzero(~moved[first:last]):
+        doing = "turns on the spot" if abs(poses.omega[k]) > _TURNS else "waits"
         raise ValueError(
-            f"sample {k}, at {poses.t[k]:.4g} s, turns on the spot with {poses.omega[k]:.3g} "
-            "rad/s; PathWeaver's states have a curvature and no turning rate; cut the trajectory "
-            "at its stops"
+            f"sample {k}, at {poses.t[k]:.4g} s, {doing}, which WPILib's states cannot say; cut "
+            "the trajectory at its stops"
         )
-    safe = np.where(still, 1.0, poses.v)
-    curvature = np.where(still, 0.0, poses.omega / safe)
+    safe = np.where(np.abs(poses.v) < _STILL, 1.0, poses.v)
+    curvature = np.where(np.abs(poses.v) < _STILL, 0.0, poses.omega / safe)
     states = [
         {
             "time": float(poses.t[k]),
@@ -147,7 +154,7 @@ def write_pathweaver(
             },
             "curvature": float(curvature[k]),
         }
-        for k in range(len(poses.t))
+        for k in range(first, last + 1)
     ]
     _core.write_file(path, json.dumps(states, allow_nan=False).encode())
 

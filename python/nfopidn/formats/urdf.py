@@ -102,7 +102,7 @@ def read_urdf(
     Parameters
     ----------
     path
-        of the URDF, xacro being expanded.
+        of the URDF; a xacro file must be expanded before.
     wheels
         names of the wheels' joints, left and right; None: the only two that turn without end.
     wheel_radius
@@ -147,11 +147,13 @@ def read_urdf(
                 f"the wheels' radii differ, {found[0][0]:g} and {found[1][0]:g} m: their mean"
             )
     mass, inertia, moment = 0.0, 0.0, np.zeros(3)
-    light = []
+    light, points = [], []
     for name, link in model.link_map.items():
         own, centre, tensor = _moved(link, model.get_transform(name, base))
         if own == 0.0:
             light.append(name)
+        elif link.inertial.inertia is None:
+            points.append(name)
         mass += own
         moment += own * centre
         away = centre - middle
@@ -163,6 +165,8 @@ def read_urdf(
         f"mass {mass:.6g} kg of {len(model.link_map) - len(light)} links, inertia "
         f"{inertia:.6g} kg m^2 about the middle of the axle"
     )
+    if points:
+        notes.append(f"with a mass but no inertia of their own: {', '.join(points)}")
     if light:
         notes.append(f"without mass: {', '.join(light)}")
     if np.hypot(offset[0], offset[1]) > _TOGETHER:

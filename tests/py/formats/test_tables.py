@@ -249,6 +249,10 @@ def test_pathweaver_is_wpilib_s(tmp_path):
     state = read.sample(given.t[30])
     assert state.pose.x == pytest.approx(given.x[30], rel=1e-5)
     assert state.velocity == pytest.approx(given.v[30], rel=1e-3)
+    formats.write_pathweaver(backing(), path)
+    read = trajectory.TrajectoryUtil.fromPathweaverJson(str(path))
+    poses = [read.sample(t).pose for t in np.arange(0, read.totalTime(), 0.007)]
+    assert np.isfinite([(pose.x, pose.y) for pose in poses]).all()
 
 
 def test_reversing_keeps_its_sign(tmp_path):
@@ -257,12 +261,13 @@ def test_reversing_keeps_its_sign(tmp_path):
     path = tmp_path / "backing.wpilib.json"
     formats.write_pathweaver(given, path)
     log = formats.read_pathweaver(path)
+    assert log.start == pytest.approx(0.02)  # a sample at rest is left out
     assert "drives backwards at" in log.notes[1]
     made = log.trajectory(dt=0.02)
-    np.testing.assert_allclose(made.v, given.v, atol=1e-6)
+    np.testing.assert_allclose(made.v[1:-1], given.v[2:-2], atol=1e-6)
     by_sign = Trajectory.from_states(log.t, log.x, log.y, v=log.v, dt=0.02)
     moving = np.abs(given.v) > 0.1
-    assert (np.sign(by_sign.v[moving]) == np.sign(given.v[moving])).all()
+    assert (np.sign(by_sign.v[moving[1:-1]]) == np.sign(given.v[moving])).all()
 
 
 def test_turning_on_the_spot_is_no_pathweaver(tmp_path):
@@ -270,6 +275,12 @@ def test_turning_on_the_spot_is_no_pathweaver(tmp_path):
     spot = from_waypoints([[0, 0], [1, 0], [0, 0]], limits, 0.05)
     with pytest.raises(ValueError, match=r"sample \d+, at .* turns on the spot"):
         formats.write_pathweaver(spot, tmp_path / "spot.json")
+    waits = from_waypoints([[0, 0], [1, 0], [2, 0]], limits, 0.05, dwell=[0, 1, 0])
+    with pytest.raises(ValueError, match=r"sample \d+, at .* s, waits, which WPILib's"):
+        formats.write_pathweaver(waits, tmp_path / "waits.json")
+    still = Trajectory.from_samples([0, 0, 0], [0, 0, 0], 0.1, theta=[0, 0, 0])
+    with pytest.raises(ValueError, match="source stands at one place"):
+        formats.write_pathweaver(still, tmp_path / "still.json")
 
 
 def test_a_pathweaver_path(tmp_path):

@@ -74,6 +74,15 @@ def test_a_radius_is_asked_for(tmp_path):
     assert any("radii differ" in note for note in found.notes)
 
 
+def test_a_mass_without_inertia_is_told(tmp_path):
+    bare = '<link name="box"><inertial><mass value="1"/></inertial></link>'
+    joint = '<joint name="j" type="fixed"><parent link="base_link"/><child link="box"/></joint>'
+    path = written(tmp_path, wheel("right", -0.2), wheel("left", 0.2), bare, joint)
+    found = formats.read_urdf(path)
+    assert found.robot.mass == pytest.approx(11)
+    assert "with a mass but no inertia of their own: box" in found.notes
+
+
 def test_no_urdf(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text("no xml")
