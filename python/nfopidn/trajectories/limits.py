@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +42,7 @@ class Limits:
         [m/s^2] along the path, gaining and losing speed; a deceleration of None is the
         acceleration.
     lateral_acceleration
-        |v omega| [m/s^2].
+        of v omega [m/s^2], to either side.
     turn_rate, turn_acceleration
         [rad/s], [rad/s^2].
     wheel_speed
@@ -125,14 +124,26 @@ class Limits:
         return back + self.viscous_friction
 
 
-class Use(NamedTuple):
-    """How much of one limit is used at each sample."""
+@dataclass(frozen=True)
+class Use:
+    """How much of one limit is used at each sample.
+
+    Attributes
+    ----------
+    name
+        of the limit, that of a wheel with its side.
+    value
+        what is asked for (N,), in the limit's unit.
+    limit
+        the most there is (N,).
+    power
+        2 for speeds, 1 for accelerations and torques: ratio to this power is the factor by which
+        the square of the speed along the path is too large.
+    """
 
     name: str
     value: NDArray[np.float64]
     limit: NDArray[np.float64]
-    #: 2 where the limit is of a speed, 1 where of an acceleration: the power of a uniformly
-    #: faster motion's 1/time^2 that the value grows with is power/2.
     power: int
 
     @property
@@ -200,7 +211,8 @@ def uses(trajectory: Trajectory, limits: Limits, robot: Robot | None = None) -> 
         speeds = wheel_rates(robot, v, omega)
         torques = wheel_torques(robot, trajectory.acceleration, trajectory.turn_acceleration)
         for side, speed, torque in zip(("left", "right"), speeds, torques, strict=True):
-            found.append(use("wheel_speed", np.abs(speed), 2)._replace(name=f"{side} wheel_speed"))
+            most = np.full(speed.shape, limits.wheel_speed)
+            found.append(Use(f"{side} wheel_speed", np.abs(speed), most, 2))
             if limits.wheel_torque == inf:
                 continue
             left = limits.wheel_torque - limits.torque_slope * np.abs(speed)
