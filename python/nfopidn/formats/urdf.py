@@ -154,6 +154,11 @@ def read_urdf(
             light.append(name)
         elif link.inertial.inertia is None:
             points.append(name)
+        elif tensor[2, 2] > own * track * track:
+            notes.append(
+                f"the inertia of {name}, {tensor[2, 2]:.3g} kg m^2 for {own:.3g} kg, is that of a "
+                "body wider than the robot: a placeholder?"
+            )
         mass += own
         moment += own * centre
         away = centre - middle

@@ -76,10 +76,21 @@ def test_a_radius_is_asked_for(tmp_path):
 
 def test_a_mass_without_inertia_is_told(tmp_path):
     bare = '<link name="box"><inertial><mass value="1"/></inertial></link>'
+    rough = (
+        bare.replace("box", "caster_back")
+        .replace('"1"', '"0.005"')
+        .replace(
+            "</inertial>",
+            '<inertia ixx="1" iyy="1" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>',
+        )
+    )
     joint = '<joint name="j" type="fixed"><parent link="base_link"/><child link="box"/></joint>'
-    path = written(tmp_path, wheel("right", -0.2), wheel("left", 0.2), bare, joint)
+    second = joint.replace('"j"', '"k"').replace("box", "caster_back")
+    wheels = wheel("right", -0.2) + wheel("left", 0.2)
+    path = written(tmp_path, wheels, bare, joint, rough, second)
     found = formats.read_urdf(path)
-    assert found.robot.mass == pytest.approx(11)
+    assert found.robot.mass == pytest.approx(11.005)
+    assert any("caster_back, 0.001 kg m^2 for 0.005 kg, is that" in note for note in found.notes)
     assert "with a mass but no inertia of their own: box" in found.notes
 
 
