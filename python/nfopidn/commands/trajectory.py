@@ -223,7 +223,11 @@ def add_trajectory(commands: Any) -> None:
         metavar="NAME=NUMBER",
         help=f"of the motion: {', '.join(_LIMITS)}",
     )
-    add("--use-speed", action="store_true", help="no faster at a point than the file says")
+    add(
+        "--use-speed",
+        action="store_true",
+        help="no faster at a point than the file says; refused where the limits allow less",
+    )
     add("--closed", action="store_true", help="the path goes on from its last point to its first")
     add("--laps", type=int, help="of a closed path (1)")
     add("--tolerance", type=float, metavar="METRES", help="how far the path may pass points (0)")
