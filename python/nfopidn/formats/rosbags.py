@@ -55,6 +55,13 @@ def _listed(topics: dict[str, str]) -> str:
     return ", ".join(f"{name} ({_short(kind)})" for name, kind in sorted(topics.items()))
 
 
+def _files(path: Path) -> list[Path]:
+    """Return what rosbags reads: it takes a folder of ROS 2 that is called *.bag for ROS 1."""
+    if path.is_dir() and path.suffix == ".bag":
+        return sorted([*path.glob("*.db3"), *path.glob("*.mcap")]) or [path]
+    return [path]
+
+
 def _chosen(where: str, topics: dict[str, str], topic: str | None) -> str:
     """Return the topic that is asked for, or the only one that can be read."""
     if topic is not None:
@@ -189,7 +196,7 @@ def read_bag(
     if not Path(where).exists():
         raise FileNotFoundError(f"{where}: no such file")
     try:
-        with highlevel.AnyReader([Path(where)], default_typestore=store) as reader:
+        with highlevel.AnyReader(_files(Path(where)), default_typestore=store) as reader:
             topics = {one.topic: one.msgtype for one in reader.connections}
             name = _chosen(where, topics, topic)
             kind = _short(topics[name])

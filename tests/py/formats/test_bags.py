@@ -122,9 +122,7 @@ def write(path, kinds, *, storage="sqlite3", stamp=START, delay=3_000_000, **set
 @pytest.mark.parametrize("storage", ["ros1", "sqlite3", "mcap"])
 @pytest.mark.parametrize("kind", KINDS)
 def test_bags(storage, kind, tmp_path):
-    path = write(
-        tmp_path / ("run.bag" if storage == "ros1" else "run"), {"/topic": kind}, storage=storage
-    )
+    path = write(tmp_path / "run.bag", {"/topic": kind}, storage=storage)
     choice = {"child_frame": "base_link"} if kind == "tf" else {}
     log = formats.read_bag(path, **choice)
     np.testing.assert_allclose(log.t, T, atol=1e-9)
