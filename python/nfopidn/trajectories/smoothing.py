@@ -153,18 +153,18 @@ def _given_speed(sampled: Sampled, events: list[Event]) -> Use:
     return Use("given speed", np.abs(trajectory.v), most, 2)
 
 
-def _lower(sampled: Sampled, events: list[Event], excess: _Array, reach: int) -> None:
-    """Lower the limits about the places of samples that exceed them."""
+def _lower(sampled: Sampled, events: list[Event], excess: _Array, reach: int) -> list[bool]:
+    """Lower the limits about the places of samples that exceed them; say of which events."""
+    from scipy.ndimage import maximum_filter1d
+
+    lowered = []
     for event, first, s in zip(events, sampled.first, sampled.places, strict=True):
-        own = excess[first : first + len(s)]
-        where = event.motion.s
-        worst = np.ones(len(where))
-        for k in map(int, np.flatnonzero(own > 1.0)):
-            low, high = s[max(0, k - reach)], s[min(len(s) - 1, k + reach)]
-            a, b = map(int, np.searchsorted(where, [low, high]))
-            near = slice(max(0, a - 1), b + 1)
-            worst[near] = np.maximum(worst[near], own[k])
+        near = maximum_filter1d(excess[first : first + len(s)], 2 * reach + 1, mode="nearest")
+        after = np.searchsorted(s, event.motion.s).clip(1, len(s) - 1)
+        worst = np.maximum(near[after - 1], near[after])
         event.scale = np.where(worst > 1.0, event.scale / worst * _MARGIN, event.scale)
+        lowered.append(bool((worst > 1.0).any()))
+    return lowered
 
 
 def _slow(sampled: Sampled, events: list[Event], excess: _Array, reach: int) -> None:
@@ -207,8 +207,12 @@ def sample_within(
         if excess.max() <= 1.0:
             return Sampled(sampled.trajectory, shortest, sampled.first, sampled.places)
         if round_number < _LOCAL_ROUNDS:
-            _lower(sampled, events, excess, reach)
-            plans = [event.plan(limits, robot) for event in events]
+            plans = [
+                event.plan(limits, robot) if lowered else plan
+                for event, plan, lowered in zip(
+                    events, plans, _lower(sampled, events, excess, reach), strict=True
+                )
+            ]
         else:
             _slow(sampled, events, excess, reach)
     k = int(np.argmax(excess))

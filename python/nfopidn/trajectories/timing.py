@@ -133,21 +133,22 @@ def _largest_start(rows: _Rows, most: float, end: float, step: float) -> float:
     """
     two = 2.0 * step
     w = most
+    sloped = []
     for a, b, c in rows:
-        if abs(a) <= _NONE * abs(b) and b > 0:
+        if abs(a) > _NONE * abs(b):
+            sloped.append((1.0 / a, b, c))
+        elif b > 0:
             w = min(w, c / b)
     for _ in range(100):
         high, high_slope = (end - w) / two, -1.0 / two
         low, low_slope = -w / two, -1.0 / two
-        for a, b, c in rows:
-            if abs(a) <= _NONE * abs(b):
-                continue
-            bound = (c - b * w) / a
-            if a > 0:
+        for per_a, b, c in sloped:
+            bound = (c - b * w) * per_a
+            if per_a > 0:
                 if bound < high:
-                    high, high_slope = bound, -b / a
+                    high, high_slope = bound, -b * per_a
             elif bound > low:
-                low, low_slope = bound, -b / a
+                low, low_slope = bound, -b * per_a
         room, slope = high - low, high_slope - low_slope
         if room >= 0 or slope >= 0:
             break
