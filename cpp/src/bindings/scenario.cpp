@@ -192,13 +192,24 @@ Scenario changed(const std::string& callable, Scenario scenario, py::dict argume
   return scenario;
 }
 
+// What the reference asks that the robot does not have is said where the scenario is made.
+void warn_of_reference(const Scenario& scenario) {
+  const py::object module = py::module_::import("nfopidn.robustness.reference_limits");
+  for (const py::handle line : module.attr("told_at_construction")(scenario)) {
+    const std::string text = "Scenario: " + py::cast<std::string>(line);
+    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
+
 Scenario make_scenario(const py::args& positional, const py::kwargs& keywords) {
   py::dict arguments = bind_arguments("Scenario", scenario_arguments, positional, keywords);
   if (!arguments.contains("trajectory")) {
     throw py::type_error("Scenario() needs a trajectory");
   }
   if (!arguments.contains("rng")) arguments["rng"] = py::none();
-  return changed("Scenario", Scenario{}, arguments);
+  Scenario scenario = changed("Scenario", Scenario{}, arguments);
+  warn_of_reference(scenario);
+  return scenario;
 }
 
 // Changes of the published scenario; those of its trajectory may be given by name too.
@@ -449,7 +460,8 @@ void bind_scenario(py::module_& module) {
         std::string text = arguments_text(Scenario{}, true);
         return text.replace(text.find("seed=0"), 6, "rng=None");
       }() +
-      ")\n--\n\nEverything about a run but the controller. ValueError names what is wrong.\n\n"
+      ")\n--\n\nEverything about a run but the controller. ValueError names what is wrong; a\n"
+      "UserWarning tells what the reference asks that the robot does not have.\n\n"
       "Parameters\n----------\ntrajectory\n    a Trajectory\nrobot\n    a Robot\n" +
       parameters_text<S>(scenario_arguments) +
       "rng\n    a seed, a numpy.random.Generator, or None to draw a seed, which the attribute "
