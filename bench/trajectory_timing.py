@@ -79,8 +79,9 @@ def as_fast_as_toppra(count: int) -> bool:
         ratios.append(own / duration(motion, LIMITS, EDDIE))
         other_time += time.perf_counter() - begun
     print(
-        f"{len(ratios)} curves without stops, time over TOPP-RA's: {np.min(ratios):.4f} to {np.max(ratios):.4f}, "
-        f"median {np.median(ratios):.4f}; computed in {own_time:.1f} s, TOPP-RA {other_time:.1f} s"
+        f"{len(ratios)} curves without stops, time over TOPP-RA's: {np.min(ratios):.4f} to "
+        f"{np.max(ratios):.4f}, median {np.median(ratios):.4f}; computed in {own_time:.1f} s, "
+        f"TOPP-RA {other_time:.1f} s"
     )
     return max(ratios) <= 1.03
 
