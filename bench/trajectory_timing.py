@@ -1,6 +1,6 @@
 """How fast trajectories through random waypoints are, against TOPP-RA, and that limits hold.
 
-python bench/trajectory_timing.py [--sets 1000] [--compared 100]
+python bench/trajectory_timing.py [--sets 1000] [--compared 400]
 
 Needs toppra (the extra `bench`) unless --compared is 0. Exit code 1 where a sample exceeds a limit
 or the fastest motion is more than 3 % slower than TOPP-RA's on the same path and constraints.
@@ -90,7 +90,7 @@ def main() -> int:
     """Run both."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=1000)
-    parser.add_argument("--compared", type=int, default=100)
+    parser.add_argument("--compared", type=int, default=400)
     given = parser.parse_args()
     held = limits_hold(given.sets) if given.sets else True
     fast = as_fast_as_toppra(given.compared) if given.compared else True
