@@ -27,7 +27,7 @@ from nfopidn.formats import (
     write_pathweaver,
     write_tum,
 )
-from nfopidn.trajectories import Limits, from_waypoints
+from nfopidn.trajectories import Limits, plan_waypoints
 
 _BY_SUFFIX = {
     ".csv": "csv",
@@ -120,8 +120,8 @@ def _made(arguments: argparse.Namespace, log: Log, robot: Robot | None) -> Traje
         for name in _OF_WAYPOINTS
         if getattr(arguments, name) is not None
     }
-    speed = None if log.v is None else np.minimum(np.abs(log.v), limits.speed)
-    return from_waypoints(
+    speed = None if log.v is None else np.abs(log.v)
+    return plan_waypoints(
         log.points,
         limits,
         arguments.dt,
@@ -130,8 +130,9 @@ def _made(arguments: argparse.Namespace, log: Log, robot: Robot | None) -> Traje
         speed=speed if arguments.use_speed else None,
         reverse=log.reverse,
         closed=arguments.closed,
+        lower_speeds=True,
         **given,
-    )
+    ).trajectory
 
 
 def _table(trajectory: Trajectory) -> str:
@@ -226,7 +227,7 @@ def add_trajectory(commands: Any) -> None:
     add(
         "--use-speed",
         action="store_true",
-        help="no faster at a point than the file says; refused where the limits allow less",
+        help="no faster at a point than the file says",
     )
     add("--closed", action="store_true", help="the path goes on from its last point to its first")
     add("--laps", type=int, help="of a closed path (1)")

@@ -180,7 +180,7 @@ def _read(
     return read, origin, notes
 
 
-def _check_speeds(
+def _unattainable(
     points: Points,
     first: int,
     last: int,
@@ -188,8 +188,12 @@ def _check_speeds(
     event: Event,
     limits: Limits,
     robot: Robot | None,
-) -> None:
-    """Refuse a speed that is given at a point and that no motion can have there."""
+) -> list[tuple[float, str]]:
+    """Return each speed that is given at a point and that no motion can have there, in words.
+
+    Before the words stands the share of it that can be had.
+    """
+    found = []
     free = replace(event.motion, speed=np.full(len(event.motion.s), inf))
     most, by = speed_limit(free, limits, robot)
     for k in range(first, last + 1):
@@ -202,12 +206,15 @@ def _check_speeds(
             continue
         name = str(by[place])
         limit = getattr(limits, name.rsplit(maxsplit=1)[-1])
+        which = f"{name}, {limit:g}," if limit < inf else f"{name}, by friction and back EMF,"
         x, y = points.xy[k]
-        raise ValueError(
+        words = (
             f"speed[{points.number[k]}] is {wanted:g} m/s; cannot be driven: at "
             f"{event.motion.s[place]:.4g} m along the path from the stop before, at ({x:.4g}, "
-            f"{y:.4g}), {name}, {limit:g}, allows {allowed:.4g} m/s"
+            f"{y:.4g}), {which} allows {allowed:.4g} m/s"
         )
+        found.append((allowed / wanted, words))
+    return found
 
 
 def _finest(limits: Limits, robot: Robot | None) -> float:
@@ -221,9 +228,13 @@ def _finest(limits: Limits, robot: Robot | None) -> float:
 
 def _items(
     points: Points, fitted: list[Any], limits: Limits, robot: Robot | None, dt: float
-) -> list[Event | int]:
-    """Return the motions along the pieces, turns on the spot and rests, in order."""
+) -> tuple[list[Event | int], list[tuple[float, str]]]:
+    """Return the motions along the pieces, turns on the spot and rests, in order.
+
+    And the speeds that are given and cannot be had, as _unattainable() has them.
+    """
     items: list[Event | int] = []
+    too_fast: list[tuple[float, str]] = []
 
     def turn_to(pose: _Array, heading: float) -> _Array:
         angle = float(wrap(heading - pose[2]))
@@ -252,14 +263,14 @@ def _items(
         items.append(ceil(points.dwell[first] / dt - 1e-9))
         turn_to(pose, begin[2])
         event = event_of_piece(piece, s, kappa, change, points.speed[first : last + 1])
-        _check_speeds(points, first, last, piece, event, limits, robot)
+        too_fast += _unattainable(points, first, last, piece, event, limits, robot)
         items.append(event)
         pose = piece.pose(s)[-1]
     assert pose is not None
     if np.isfinite(points.theta[-1]):
         turn_to(pose, points.theta[-1])
     items.append(ceil(points.dwell[-1] / dt - 1e-9))
-    return items
+    return items, too_fast
 
 
 def _check_size(items: list[Event | int], limits: Limits, robot: Robot | None, dt: float) -> None:
@@ -288,10 +299,13 @@ def plan_waypoints(
     tolerance: float = 0.0,
     corner: float = 2.0,
     smoothing: float | None = None,
+    *,
+    lower_speeds: bool = False,
 ) -> Plan:
     """Return from_waypoints()'s trajectory with its time, its stops and its use of the limits.
 
-    Parameters, errors: those of from_waypoints().
+    Parameters, errors: those of from_waypoints(). With `lower_speeds` a speed that limits do not
+    allow at its point is lowered to what they do, in place of being refused; the notes say so.
     """
     if not isinstance(limits, Limits):
         raise ValueError(f"limits is {limits!r}; must be a Limits")
@@ -307,7 +321,9 @@ def plan_waypoints(
     choose_stops(read, corner)
     ring = bool(closed) and not read.stop[1:-1].any()
     fitted = fit_pieces(read, ring, tolerance, _finest(limits, robot))
-    items = _items(read, fitted, limits, robot, dt)
+    items, too_fast = _items(read, fitted, limits, robot, dt)
+    if too_fast and not lower_speeds:
+        raise ValueError(too_fast[0][1])
     _check_size(items, limits, robot, dt)
     sampled = sample_within(items, limits, robot, dt, smoothing, origin)
     trajectory = sampled.trajectory
@@ -320,6 +336,8 @@ def plan_waypoints(
         f"({sampled.fastest:.4g} s before smoothing and sampling); of the limits it uses "
         + ", ".join(f"{name} {100 * share:.0f} %" for name, share in use.items()),
     )
+    if too_fast:
+        notes.append(f"slower than asked at {len(too_fast)} points; most: {min(too_fast)[1]}")
     if stops:
         notes.append("stops at " + ", ".join(f"points[{k}] ({why})" for k, why in stops))
     return Plan(_core.annotate(trajectory, notes), sampled.fastest, length, stops, use)

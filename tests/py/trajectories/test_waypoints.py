@@ -151,6 +151,17 @@ def test_dwell_and_speed():
     assert slow.v.max() > 0.7
 
 
+def test_speeds_may_be_lowered():
+    wanted = [nan, 2.0, 0.3, nan]
+    plan = plan_waypoints(SQUARE, ALL, 0.02, EDDIE, speed=wanted, lower_speeds=True)
+    assert plan.trajectory.notes[1].startswith(
+        "slower than asked at 1 points; most: speed[1] is 2 m/s; cannot be driven"
+    )
+    slower = from_waypoints(SQUARE, ALL, 0.02, EDDIE, speed=[nan, nan, 0.3, nan])
+    assert plan.trajectory.t[-1] <= slower.t[-1] + 0.5
+    assert max(plan.use.values()) <= 1 + 1e-9
+
+
 def test_smoothed_torques_are_continuous():
     """What changes at once without smoothing changes in steps in proportion to 1/window."""
     jumps = []
