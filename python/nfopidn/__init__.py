@@ -1,6 +1,17 @@
 """Nonlinear fractional-order PID neural control of differential-drive robots."""
 
-from nfopidn import families, fractional, montecarlo, mujoco, pickling, plot, stability, study
+from nfopidn import (
+    families,
+    formats,
+    fractional,
+    montecarlo,
+    mujoco,
+    pickling,
+    plot,
+    stability,
+    study,
+    trajectories,
+)
 from nfopidn._core import (
     Controller,
     Motor,
@@ -57,6 +68,7 @@ __all__ = [
     "export_c",
     "export_cpp",
     "families",
+    "formats",
     "fractional",
     "monte_carlo",
     "montecarlo",
@@ -71,6 +83,7 @@ __all__ = [
     "stability",
     "study",
     "to_rep103",
+    "trajectories",
     "tune",
     "tune_contenders",
     "verdict",

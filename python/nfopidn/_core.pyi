@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nfopidn.families import Family
+from nfopidn.trajectories import Limits
 
 __version__: str
 METHODS: dict[str, int]
@@ -279,6 +280,35 @@ class Trajectory:
         reverse: _Numbers | Sequence[bool] | NDArray[np.bool_] | None = None,
         closed: bool = False,
         standstill_speed: float | None = None,
+        origin: _Numbers = (0, 0),
+    ) -> Trajectory: ...
+    @staticmethod
+    def from_waypoints(
+        points: _Rows,
+        limits: Limits,
+        dt: float,
+        robot: Robot | None = None,
+        theta: _Numbers | None = None,
+        speed: _Numbers | None = None,
+        reverse: _Numbers | Sequence[bool] | NDArray[np.bool_] | None = None,
+        dwell: _Numbers | None = None,
+        closed: bool = False,
+        laps: int = 1,
+        tolerance: float = 0.0,
+        corner: float = 2.0,
+        smoothing: float | None = None,
+    ) -> Trajectory: ...
+    @staticmethod
+    def from_states(
+        t: _Numbers,
+        x: _Numbers,
+        y: _Numbers,
+        theta: _Numbers | None = None,
+        v: _Numbers | None = None,
+        omega: _Numbers | None = None,
+        dt: float | None = None,
+        speed_limit: float | None = None,
+        standstill_speed: float | None = None,
     ) -> Trajectory: ...
     @staticmethod
     def from_csv(
@@ -291,6 +321,8 @@ class Trajectory:
     ) -> Trajectory: ...
     @property
     def notes(self) -> tuple[str, ...]: ...
+    @property
+    def origin(self) -> _Pair: ...
     @property
     def name(self) -> _Curve: ...
     @property
@@ -748,6 +780,9 @@ def search_rival(
 ) -> dict[str, Any]: ...
 def check_sample_time(controller: Controller, dt: float) -> None: ...
 def check_writable(path: str | os.PathLike[str]) -> None: ...
+def annotate(trajectory: Trajectory, notes: Sequence[str]) -> Trajectory: ...
+def read_table(path: _Path) -> tuple[list[str], list[int], list[list[str]]]: ...
+def column_meaning(name: str) -> tuple[str, float]: ...
 def read_text(path: str | os.PathLike[str]) -> str: ...
 def write_file(path: str | os.PathLike[str], content: bytes) -> None: ...
 def run_simulate(program: str, words: Sequence[bytes]) -> int: ...

@@ -105,6 +105,7 @@ void warn_of_robot(const ControllerDesign& design, const Robot<double>& robot);
 void bind_files(py::module_& module);
 void bind_robot(py::module_& module);
 void bind_trajectory(py::module_& module);
+void bind_tables(py::module_& module);
 void bind_scenario(py::module_& module);
 void bind_controller(py::module_& module);
 void bind_rivals(py::module_& module);

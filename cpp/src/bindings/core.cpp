@@ -27,6 +27,7 @@ PYBIND11_MODULE(_core, module) {
   binding::bind_files(module);
   binding::bind_robot(module);
   binding::bind_trajectory(module);
+  binding::bind_tables(module);
   binding::bind_scenario(module);
   binding::bind_controller(module);
   binding::bind_rivals(module);

@@ -104,13 +104,22 @@ void warn_of_standstill(const Trajectory& trajectory) {
 
 Trajectory from_samples(const py::object& x, const py::object& y, const py::object& dt,
                         const py::object& heading, const py::object& laps, const py::object& theta,
-                        const py::object& reverse, bool closed, const py::object& standstill) {
+                        const py::object& reverse, bool closed, const py::object& standstill,
+                        const py::object& origin) {
   const std::string callable = "Trajectory.from_samples";
   using py::literals::operator""_a;
   const TrajectorySettings settings =
       sample_settings(callable, py::dict("dt"_a = dt, "heading"_a = heading, "laps"_a = laps,
                                          "standstill_speed"_a = standstill));
-  Samples samples{to_eigen(x, "x"), to_eigen(y, "y"), {}, to_flags(reverse)};
+  Samples samples{to_eigen(x, "x"), to_eigen(y, "y"), {}, to_flags(reverse), {0, 0}};
+  const Eigen::ArrayXd offset = to_eigen(origin, "origin");
+  for (Eigen::Index i = 0; i < offset.size(); ++i) {
+    if (json::position_range.contains(offset(i))) continue;
+    raise(callable,
+          refuse_number("origin[" + std::to_string(i) + "]", offset(i), json::position_range, "m"));
+  }
+  if (offset.size() != 2) throw py::value_error(callable + ": origin must have 2 numbers");
+  samples.origin = {offset(0), offset(1)};
   if (!theta.is_none()) samples.theta = to_eigen(theta, "theta");
   if (closed) close_path(samples);
   Trajectory trajectory;
@@ -195,13 +204,24 @@ Scenario changed(const std::string& callable, Scenario scenario, py::dict argume
   return scenario;
 }
 
+// What the reference asks that the robot does not have is said where the scenario is made.
+void warn_of_reference(const Scenario& scenario) {
+  const py::object module = py::module_::import("nfopidn.robustness.reference_limits");
+  for (const py::handle line : module.attr("told_at_construction")(scenario)) {
+    const std::string text = "Scenario: " + py::cast<std::string>(line);
+    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
+
 Scenario make_scenario(const py::args& positional, const py::kwargs& keywords) {
   py::dict arguments = bind_arguments("Scenario", scenario_arguments, positional, keywords);
   if (!arguments.contains("trajectory")) {
     throw py::type_error("Scenario() needs a trajectory");
   }
   if (!arguments.contains("rng")) arguments["rng"] = py::none();
-  return changed("Scenario", Scenario{}, arguments);
+  Scenario scenario = changed("Scenario", Scenario{}, arguments);
+  warn_of_reference(scenario);
+  return scenario;
 }
 
 // Changes of the published scenario; those of its trajectory may be given by name too.
@@ -357,16 +377,17 @@ void bind_trajectory(py::module_& module) {
       "from_samples", &from_samples, py::arg("x"), py::arg("y"), py::arg("dt"),
       py::arg("heading") = "forward", py::arg("laps") = 1, py::arg("theta") = py::none(),
       py::arg("reverse") = py::none(), py::arg("closed") = false,
-      py::arg("standstill_speed") = py::none(),
+      py::arg("standstill_speed") = py::none(), py::arg("origin") = py::make_tuple(0, 0),
       "from_samples(x, y, dt, heading='forward', laps=1, theta=None, reverse=None, closed=False, "
-      "standstill_speed=None)\n--\n\n"
+      "standstill_speed=None, origin=(0, 0))\n--\n\n"
       "A path through positions x, y (N,) [m], dt [s] apart, N >= 3. More than one lap needs a\n"
       "closed path; `closed` adds the first point at the end, a step after the last, if it is not\n"
       "there. The heading is that of the motion unless theta (N,) [rad] gives it; reverse (N,) is\n"
       "true where the robot drives backwards. Slower than standstill_speed [m/s] the heading of\n"
       "the motion holds; None: the speed at which the positions' last digit, or their noise at\n"
-      "rest, hides the direction, with a UserWarning that says at how many samples. ValueError\n"
-      "names the sample or argument at fault, such as a masked or complex one.");
+      "rest, hides the direction, with a UserWarning that says at how many samples. origin (2,)\n"
+      "[m] is what was taken off the positions, which writers add again. ValueError names the\n"
+      "sample or argument at fault, such as a masked or complex one.");
   cls.def_static(
       "from_csv", &from_csv, py::arg("path"), py::arg("heading") = py::none(), py::arg("laps") = 1,
       py::arg("dt") = py::none(), py::arg("closed") = false,
@@ -378,6 +399,29 @@ void bind_trajectory(py::module_& module) {
       "units (`x_m`, `t [ms]`), and a time be called t, time, timestamp, stamp or sec. Columns\n"
       "reverse and theta (or yaw) are used, the latter unless heading is given. `notes` says what\n"
       "was made of each column. The rest is as of from_samples(). ValueError names file and line.");
+  // Written in Python, where SciPy's splines are.
+  const auto from_python = [&](const char* name, const std::string& text) {
+    cls.def_static(
+        name,
+        [name](const py::args& positional, const py::kwargs& keywords) {
+          const py::object module = py::module_::import("nfopidn.trajectories");
+          return module.attr(name)(*positional, **keywords);
+        },
+        (name + text).c_str());
+  };
+  from_python("from_waypoints",
+              "(points, limits, dt, robot=None, theta=None, speed=None, reverse=None, dwell=None, "
+              "closed=False, laps=1, tolerance=0.0, corner=2.0, smoothing=None)\n--\n\n"
+              "The fastest trajectory through points (N, 2) [m] within the limits, from rest to\n"
+              "rest: nfopidn.trajectories.from_waypoints(), which has the parameters.");
+  from_python("from_states",
+              "(t, x, y, theta=None, v=None, omega=None, dt=None, speed_limit=None, "
+              "standstill_speed=None)\n--\n\n"
+              "A trajectory from a log with uneven stamps t (N,) [s], positions x, y (N,) [m]:\n"
+              "nfopidn.trajectories.from_states(), which has the parameters.");
+  cls.def_property_readonly(
+      "origin", [](const T& self) { return py::make_tuple(self.origin[0], self.origin[1]); },
+      "what was taken off the positions [m]; writers of nfopidn.formats add it");
   cls.def_property_readonly(
       "notes",
       [](const T& self) {
@@ -431,6 +475,45 @@ void bind_trajectory(py::module_& module) {
   add_value_semantics<T>(cls, write_trajectory, trajectory_from_json);
 }
 
+void bind_tables(py::module_& module) {
+  module.def(
+      "annotate",
+      [](const Trajectory& trajectory, const std::vector<std::string>& notes) {
+        Trajectory copy = trajectory;
+        copy.notes = notes;
+        return copy;
+      },
+      py::arg("trajectory"), py::arg("notes"));
+  module.def(
+      "read_table",
+      [](const py::object& path) {
+        const std::string name = file_name(path);
+        std::string text;
+        csv::Table table;
+        check("read_table", read_file(name, text));
+        check("read_table", csv::parse(name, text, table));
+        py::list rows;
+        for (const std::string_view row : table.rows) {
+          py::list cells;
+          for (const std::string_view cell : csv::split(row, table.separator)) {
+            cells.append(printable(std::string(cell)));
+          }
+          rows.append(std::move(cells));
+        }
+        py::list names;
+        for (const std::string& column : table.names) names.append(printable(column));
+        return py::make_tuple(names, table.lines, rows);
+      },
+      py::arg("path"));
+  module.def(
+      "column_meaning",
+      [](const std::string& name) {
+        const csv::Meaning meaning = csv::meaning_of(name);
+        return py::make_tuple(meaning.quantity, meaning.factor);
+      },
+      py::arg("name"));
+}
+
 void bind_scenario(py::module_& module) {
   using S = Scenario;
   const std::string doc =
@@ -439,7 +522,8 @@ void bind_scenario(py::module_& module) {
         std::string text = arguments_text(Scenario{}, true);
         return text.replace(text.find("seed=0"), 6, "rng=None");
       }() +
-      ")\n--\n\nEverything about a run but the controller. ValueError names what is wrong.\n\n"
+      ")\n--\n\nEverything about a run but the controller. ValueError names what is wrong; a\n"
+      "UserWarning tells what the reference asks that the robot does not have.\n\n"
       "Parameters\n----------\ntrajectory\n    a Trajectory\nrobot\n    a Robot\n" +
       parameters_text<S>(scenario_arguments) +
       "rng\n    a seed, a numpy.random.Generator, or None to draw a seed, which the attribute "

@@ -20,6 +20,7 @@ from nfopidn.commands.physics import add_physics
 from nfopidn.commands.report import add_report
 from nfopidn.commands.simulate import SIMULATE, add_simulate, simulate
 from nfopidn.commands.study import add_study
+from nfopidn.commands.trajectory import add_trajectory
 from nfopidn.commands.verdict import add_verdict
 from nfopidn.console import shows_progress
 from nfopidn.files import (
@@ -418,6 +419,7 @@ def main(words: Sequence[str] | None = None) -> int:
     add_physics(commands)
     add_report(commands)
     add_study(commands)
+    add_trajectory(commands)
     add_verdict(commands)
     try:
         for word in words:

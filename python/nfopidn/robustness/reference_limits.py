@@ -86,3 +86,14 @@ def beyond_the_robot(scenario: Scenario) -> tuple[str, ...]:
             f"limit is {limit:g} N m"
         )
     return tuple(found)
+
+
+def told_at_construction(scenario: Scenario) -> tuple[str, ...]:
+    """Tell what a new scenario warns of: beyond_the_robot(), but for torques that are cut off.
+
+    Whoever sets a feedforward_limit knows of them.
+    """
+    limit = scenario.feedforward_limit
+    if limit is not None and limit <= scenario.torque_limit:
+        return tuple(one for one in beyond_the_robot(scenario) if one.startswith("friction"))
+    return beyond_the_robot(scenario)

@@ -226,6 +226,20 @@ TEST(SampledTrajectory, AGivenHeadingTurnsOnTheSpot) {
   EXPECT_EQ(t.v.abs().maxCoeff(), 0);
 }
 
+TEST(SampledTrajectory, WhatWasTakenOffThePositionsIsKept) {
+  Samples samples;
+  samples.x = Eigen::ArrayXd::LinSpaced(5, 0, 4);
+  samples.y = Eigen::ArrayXd::Zero(5);
+  Trajectory t;
+  ASSERT_EQ(make_trajectory(samples, lap_settings(), t), Status::ok);
+  EXPECT_EQ(t.origin, (std::array<double, 2>{0, 0}));
+  const Eigen::ArrayXd x = t.x;
+  samples.origin = {5e6, -1e6};
+  ASSERT_EQ(make_trajectory(samples, lap_settings(), t), Status::ok);
+  EXPECT_EQ(t.origin, samples.origin);
+  EXPECT_TRUE((t.x == x).all());
+}
+
 TEST(SampledTrajectory, APathIsClosedOnce) {
   Samples samples;
   samples.x.resize(4);

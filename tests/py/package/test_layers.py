@@ -32,6 +32,8 @@ MODULES = [
     "console",
     "scoring",
     "mujoco",
+    "trajectories",
+    "formats",
     "fractional",
     "stability",
     "families",

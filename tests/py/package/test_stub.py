@@ -26,6 +26,9 @@ MODULE = public(STUB.body)
 # What tune(), bfoa(), nfopidn.stability, nfopidn.fractional and the commands' files are made of:
 # they are documented, these are not.
 INNER = {
+    "annotate",
+    "read_table",
+    "column_meaning",
     "DrawnRuns",
     "drawn_parameters",
     "check_options",

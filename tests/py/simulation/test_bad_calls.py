@@ -100,6 +100,8 @@ def test_simulate_takes_a_scenario_and_a_controller(call):
         ({"x": [[0, 1, 2]]}, ["x has 2 dimensions", "must have 1"]),
         ({"y": 3.0}, ["y has 0 dimensions", "must have 1"]),
         ({"laps": 2}, ["laps is 2", "must be 1"]),
+        ({"origin": (0, 2e9)}, ["origin[1] is 2e+09", "in [-1e+09, 1e+09] m"]),
+        ({"origin": (0,)}, ["origin must have 2 numbers"]),
     ],
 )
 def test_samples_of_a_trajectory(settings, parts):

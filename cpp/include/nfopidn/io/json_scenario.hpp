@@ -96,6 +96,7 @@ NFOPIDN_HOST Json write_trajectory(const Trajectory& trajectory) {
   if (const auto& reverse = trajectory.given_reverse; !reverse.empty()) {
     object["reverse"] = std::vector<bool>(reverse.begin(), reverse.end());
   }
+  if (trajectory.origin[0] != 0 || trajectory.origin[1] != 0) object["origin"] = trajectory.origin;
   return object;
 }
 
@@ -193,7 +194,7 @@ NFOPIDN_HOST Outcome read_samples(const Json& object, const std::string& path, S
   for (const char* key : {"period", "cusps", "scale", "derivatives"}) {
     if (object.contains(key)) {
       return unknown_key(join(path, key),
-                         "name, dt, heading, laps, standstill_speed, x, y, theta, reverse "
+                         "name, dt, heading, laps, standstill_speed, x, y, theta, reverse, origin "
                          "(a path of samples)");
     }
   }
@@ -205,11 +206,20 @@ NFOPIDN_HOST Outcome read_samples(const Json& object, const std::string& path, S
     Outcome outcome = read_numbers(object, "theta", path, angle_range, "rad", samples.theta);
     if (!outcome) return outcome;
   }
+  if (object.contains("origin")) {
+    Eigen::ArrayXd origin;
+    Outcome outcome = read_numbers(object, "origin", path, position_range, "m", origin);
+    if (!outcome) return outcome;
+    if (origin.size() != 2) {
+      return {Status::wrong_size, join(path, "origin") + " must be a list of 2 numbers"};
+    }
+    samples.origin = {origin(0), origin(1)};
+  }
   return object.contains("reverse") ? read_flags(object, path, samples.reverse) : Outcome{};
 }
 
 NFOPIDN_HOST Outcome refuse_samples(const Json& object, const std::string& path) {
-  for (const char* key : {"x", "y", "theta", "reverse"}) {
+  for (const char* key : {"x", "y", "theta", "reverse", "origin"}) {
     if (object.contains(key)) return unknown_key(join(path, key), field_list<TrajectorySettings>());
   }
   return {};
@@ -222,7 +232,8 @@ namespace nfopidn {
 NFOPIDN_HOST Outcome read_trajectory(const Json& object, const std::string& path,
                                      Trajectory& result) {
   TrajectorySettings settings = result.settings;
-  if (Outcome outcome = read_settings(object, path, settings, {"x", "y", "theta", "reverse"});
+  if (Outcome outcome =
+          read_settings(object, path, settings, {"x", "y", "theta", "reverse", "origin"});
       !outcome) {
     return outcome;
   }

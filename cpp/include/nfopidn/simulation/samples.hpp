@@ -1,6 +1,7 @@
 // L3. A reference trajectory through given positions.
 #pragma once
 
+#include <array>
 #include <limits>
 
 #include "nfopidn/foundation/host.hpp"
@@ -11,9 +12,10 @@ namespace nfopidn {
 // One lap of a path, settings.dt apart. Heading and direction of travel are those of the motion
 // unless they are given.
 struct Samples {
-  Eigen::ArrayXd x, y;                 // [m]
-  Eigen::ArrayXd theta;                // [rad], or empty
-  std::vector<unsigned char> reverse;  // 1 where the robot drives backwards, or empty
+  Eigen::ArrayXd x, y;                    // [m]
+  Eigen::ArrayXd theta;                   // [rad], or empty
+  std::vector<unsigned char> reverse;     // 1 where the robot drives backwards, or empty
+  std::array<double, 2> origin = {0, 0};  // what was taken off the positions [m]
 };
 
 // How far apart [m] the ends of a path may be for it to count as closed.
@@ -212,6 +214,7 @@ NFOPIDN_HOST Status make_trajectory(const Samples& lap, const TrajectorySettings
   t.y = detail::repeat_laps(lap.y, settings.laps);
   t.given_theta = lap.theta;
   t.given_reverse = lap.reverse;
+  t.origin = lap.origin;
   const bool heading_given = lap.theta.size() != 0;
   const bool reverse_given = !lap.reverse.empty();
   const double still = settings.standstill_speed ? *settings.standstill_speed
@@ -235,7 +238,7 @@ NFOPIDN_HOST Status make_trajectory(const Samples& lap, const TrajectorySettings
 
 NFOPIDN_HOST Status make_trajectory(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
                                     const TrajectorySettings& settings, Trajectory& result) {
-  return make_trajectory(Samples{x, y, {}, {}}, settings, result);
+  return make_trajectory(Samples{x, y, {}, {}, {0, 0}}, settings, result);
 }
 
 }  // namespace nfopidn

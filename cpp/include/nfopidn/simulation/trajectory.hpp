@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -75,6 +76,8 @@ struct Trajectory {
   // empty where they are those of the motion.
   Eigen::ArrayXd given_theta;
   std::vector<unsigned char> given_reverse;
+  // What was taken off the positions of a path of samples [m]: writers add it again.
+  std::array<double, 2> origin = {0, 0};
   // How it was read and what was made of it, in lines for people. No part of its value.
   std::vector<std::string> notes;
 
