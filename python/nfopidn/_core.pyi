@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -593,6 +593,7 @@ class ParameterSpace:
 
 @final
 class CostFunction:
+    @overload
     def __init__(
         self,
         scenarios: Sequence[Scenario],
@@ -601,7 +602,19 @@ class CostFunction:
         caps: Sequence[float],
         threads: int,
     ) -> None: ...
-    def costs(self, points: _Rows) -> _Array: ...
+    @overload
+    def __init__(
+        self,
+        scenarios: Sequence[Scenario],
+        rival: Rival,
+        source: Sequence[int],
+        fixed: Sequence[float],
+        dimension: int,
+        worst_share: float,
+        caps: Sequence[float],
+        threads: int,
+    ) -> None: ...
+    def costs(self, points: _Rows, bounds: _Numbers | None = None) -> _Array: ...
     def gradient(self, x: _Numbers) -> tuple[float, _Array]: ...
 
 @final

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from nfopidn import _core
 from nfopidn._core import Controller, Scenario
 from nfopidn.arguments import is_number, real_numbers, shown, whole_number
+from nfopidn.engines import MAXIMUM_WORKERS
 from nfopidn.families.family import Family
-from nfopidn.search.optimise import MAXIMUM_WORKERS, Array
+from nfopidn.search.optimise import Array
 from nfopidn.tuning.parameters import ControllerSearch, Mean, make_search
 from nfopidn.tuning.result import scenario_list
 

@@ -30,6 +30,7 @@ MODULES = [
     "pickling",
     "files",
     "console",
+    "engines",
     "fractional",
     "stability",
     "families",
