@@ -1,6 +1,6 @@
 """What does the work of `workers=`: processes, executors, a Dask client, or a function like map."""
 
-from nfopidn.engines.choose import MAXIMUM_WORKERS, processors, read_workers
+from nfopidn.engines.choose import MAXIMUM_WORKERS, processors, read_threads, read_workers
 from nfopidn.engines.engine import Engine, EngineError
 from nfopidn.engines.mapping import Mapping
 from nfopidn.engines.processes import Processes
@@ -15,5 +15,6 @@ __all__ = [
     "Processes",
     "Work",
     "processors",
+    "read_threads",
     "read_workers",
 ]

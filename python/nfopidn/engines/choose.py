@@ -28,6 +28,19 @@ def processors() -> int:
     return min(len(os.sched_getaffinity(0)) if known else os.cpu_count() or 1, MAXIMUM_WORKERS)
 
 
+def read_threads(given: Any) -> int:
+    """Give the number of threads of what has no other workers.
+
+    Raises
+    ------
+    ValueError
+        No such number.
+    """
+    if isinstance(given, Integral) and not isinstance(given, bool) and given == -1:
+        return processors()
+    return whole_number("workers", given, 1, MAXIMUM_WORKERS)
+
+
 def read_workers(given: Any) -> int | Engine:
     """Give the number of workers, or the engine that does the work.
 
@@ -37,9 +50,7 @@ def read_workers(given: Any) -> int | Engine:
         Neither, or an engine that is closed.
     """
     if isinstance(given, Integral) and not isinstance(given, bool):
-        if given == -1:
-            return processors()
-        return whole_number("workers", given, 1, MAXIMUM_WORKERS)
+        return read_threads(given)
     engine = _engine(given)
     if engine is None:
         raise ValueError(f"workers is {shown(given)}; must be {_KINDS}{_advice(given)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from time import perf_counter
 from types import TracebackType
@@ -98,7 +98,7 @@ class Work:
         """Forget the function."""
         serving.forget(self._token)
 
-    def blocks(self, count: int, cut: Callable[[int, int], Any]) -> Iterator[Block]:
+    def blocks(self, count: int, cut: Callable[[int, int], Any]) -> Generator[Block, None, None]:
         """Do items 0 .. count - 1, and give the blocks as they are finished, in any order.
 
         Parameters
@@ -129,7 +129,7 @@ class Work:
             except Exception as error:  # whatever a class's own way to be pickled raises
                 reason = " ".join(f"{type(error).__name__}: {error}".split())
                 raise ValueError(
-                    f"{self._what} must be such that it can be pickled for workers, "
+                    f"{self._what}: must be such that pickle can send it to the workers of "
                     f"{self._engine.title} ({reason})"
                 ) from None
         return self._bytes

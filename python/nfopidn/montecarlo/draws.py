@@ -184,6 +184,10 @@ class Draws:
                 f"{least:.3g}"
             ) from None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the design, which whoever needs it makes again."""
+        return {**vars(self), "_design": None}
+
     @property
     def first_seed(self) -> int:
         """The noise seed of run 0; those of the others follow, modulo 2**53."""
