@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final, overload
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -593,7 +593,6 @@ class ParameterSpace:
 
 @final
 class CostFunction:
-    @overload
     def __init__(
         self,
         scenarios: Sequence[Scenario],
@@ -602,9 +601,8 @@ class CostFunction:
         caps: Sequence[float],
         threads: int,
     ) -> None: ...
-    @overload
-    def __init__(
-        self,
+    @staticmethod
+    def of_rival(
         scenarios: Sequence[Scenario],
         rival: Rival,
         source: Sequence[int],
@@ -613,7 +611,7 @@ class CostFunction:
         worst_share: float,
         caps: Sequence[float],
         threads: int,
-    ) -> None: ...
+    ) -> CostFunction: ...
     def costs(self, points: _Rows, bounds: _Numbers | None = None) -> _Array: ...
     def gradient(self, x: _Numbers) -> tuple[float, _Array]: ...
 

@@ -276,10 +276,19 @@ void bind_tuning(py::module_& module) {
                     int>(),
            Computes(), py::arg("scenarios"), py::arg("space"), py::arg("worst_share"),
            py::arg("caps"), py::arg("threads"))
-      .def(py::init<std::vector<Scenario>, const rivals::RivalDesign&, const std::vector<int>&,
-                    const std::vector<double>&, int, double, const std::vector<double>&, int>(),
-           Computes(), py::arg("scenarios"), py::arg("rival"), py::arg("source"), py::arg("fixed"),
-           py::arg("dimension"), py::arg("worst_share"), py::arg("caps"), py::arg("threads"))
+      .def_static(
+          "of_rival",
+          [](std::vector<Scenario> scenarios, const rivals::RivalDesign& rival,
+             const std::vector<int>& source, const std::vector<double>& fixed, int dimension,
+             double worst_share, const std::vector<double>& caps, int threads) {
+            return std::make_unique<PyObjective>(std::move(scenarios), rival, source, fixed,
+                                                 dimension, worst_share, caps, threads);
+          },
+          Computes(),
+          "of_rival(scenarios, rival, source, fixed, dimension, worst_share, caps, "
+          "threads)\n--\n\nThe same of a rival's parameters, of which `dimension` are free.",
+          py::arg("scenarios"), py::arg("rival"), py::arg("source"), py::arg("fixed"),
+          py::arg("dimension"), py::arg("worst_share"), py::arg("caps"), py::arg("threads"))
       .def("costs", &PyObjective::costs, Computes(),
            "costs(self, points, bounds=None)\n--\n\n(n, p) to (n,). All costs over a point's "
            "bound may be any number over it.",

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -29,6 +29,7 @@ from nfopidn.comparison.contenders import AnyController
 from nfopidn.comparison.ranking import Ranking, rank
 from nfopidn.comparison.suite import scenario_suite
 from nfopidn.console import progress as progress_bar
+from nfopidn.engines import Work, read_workers
 from nfopidn.families.family import Family
 
 #: A run has settled when its position error stays within this [m].
@@ -240,7 +241,7 @@ def compare(
     scenarios: Family | Mapping[str, Scenario] | Sequence[str] | None = None,
     *,
     seeds: int = 1,
-    workers: int = 1,
+    workers: Any = 1,
     progress: bool = False,
 ) -> Comparison:
     """Run controllers on scenarios and compare what they do.
@@ -256,7 +257,9 @@ def compare(
     seeds
         Draws of the noise for each member, in scenarios that have noise.
     workers
-        Runs at a time.
+        Pairs of a controller and a scenario at a time, on threads, -1 for as many as there are
+        processors; or an Executor as of concurrent.futures, a dask.distributed.Client or a function
+        like map, whose workers run the pairs. The result is the same with each.
     progress
         Whether to show a bar.
 
@@ -269,9 +272,11 @@ def compare(
     ------
     ValueError
         Unknown scenario, lists of different lengths, nothing to compare.
+    EngineError
+        Of nfopidn.engines: the workers keep dying, or were closed meanwhile.
     """
     whole_number("seeds", seeds, 1)
-    whole_number("workers", workers, 1)
+    crew = read_workers(workers)
     named = _named(controllers)
     if isinstance(scenarios, Family):
         chosen = dict(scenarios.items())
@@ -286,35 +291,73 @@ def compare(
     draws = np.empty((len(named), len(chosen), count), dtype=np.int64)
     first: dict[tuple[str, str], SimulationResult] = {}
 
-    ended = threading.Event()
-
-    def work(pair: tuple[str, str]) -> tuple[list[SimulationResult], NDArray[np.int64]]:
-        with StopIf(ended.is_set):
-            return _runs(named[pair[0]], chosen[pair[1]], count, seeds, ended)
-
-    with (
-        progress_bar("comparing", len(pairs), progress) as report,
-        ThreadPoolExecutor(workers) as pool,
-        _set_on_error(ended),  # the pool waits for what it has begun
-    ):
-        for done, (pair, (runs, own)) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
-            i, j = divmod(done, len(chosen))
-            first[pair] = runs[0]
-            draws[i, j] = own
-            for name, metric in METRICS.items():
-                values[name][i, j] = np.array([metric.of(run) for run in runs])[own]
-            report(done + 1, f"{pair[0]} on {pair[1]}")
+    with progress_bar("comparing", len(pairs), progress) as report:
+        outcomes = _on_threads if isinstance(crew, int) else _on_engine
+        every = _Pairs([(named[name], chosen[place]) for name, place in pairs], count, seeds)
+        with closing(outcomes(every, crew)) as finished:
+            for done, (at, outcome) in enumerate(finished):
+                i, j = divmod(at, len(chosen))
+                first[pairs[at]], draws[i, j] = outcome.first, outcome.draws
+                for name, figures in outcome.figures.items():
+                    values[name][i, j] = figures[outcome.draws]
+                report(done + 1, " on ".join(pairs[at]))
+    first = {pair: first[pair] for pair in pairs}
     return Comparison(tuple(named), tuple(chosen), values, draws, first)
 
 
-@contextmanager
-def _set_on_error(ended: threading.Event) -> Iterator[None]:
-    """Set the event when the block is left by an exception, as by Ctrl-C."""
-    try:
-        yield
-    except BaseException:
-        ended.set()
-        raise
+@dataclass
+class _Outcome:
+    """Of a pair: its first run, the figures of the runs that differ, and which counts where."""
+
+    first: SimulationResult
+    figures: dict[str, Array]
+    draws: NDArray[np.int64]
+
+
+class _Pairs:
+    """Controllers with scenarios, pair by pair; what an engine's workers are given."""
+
+    def __init__(self, pairs: list[tuple[list[Any], Scenario]], count: int, seeds: int) -> None:
+        self.pairs, self.count, self.seeds = pairs, count, seeds
+
+    def outcome(self, place: int, ended: threading.Event) -> _Outcome:
+        """Run a pair; the event ends it."""
+        with StopIf(ended.is_set):
+            runs, own = _runs(*self.pairs[place], self.count, self.seeds, ended)
+        figures = {
+            name: np.array([metric.of(run) for run in runs]) for name, metric in METRICS.items()
+        }
+        return _Outcome(runs[0], figures, own)
+
+    @in_standard_arithmetic
+    def __call__(self, span: tuple[int, int]) -> list[_Outcome]:
+        """Run the pairs of (first, count)."""
+        first, count = span
+        return [self.outcome(place, threading.Event()) for place in range(first, first + count)]
+
+
+def _on_threads(pairs: _Pairs, threads: Any) -> Generator[tuple[int, _Outcome], None, None]:
+    """Run the pairs on threads of this process, in order."""
+    ended = threading.Event()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            yield from enumerate(
+                pool.map(lambda place: pairs.outcome(place, ended), range(len(pairs.pairs)))
+            )
+        except BaseException:
+            ended.set()  # the pool waits for what it has begun
+            raise
+
+
+def _on_engine(pairs: _Pairs, engine: Any) -> Generator[tuple[int, _Outcome], None, None]:
+    """Have an engine's workers run the pairs; they come in any order."""
+    with (
+        engine,
+        Work(engine, pairs, "controllers", "pairs") as work,
+        closing(work.blocks(len(pairs.pairs), lambda first, size: (first, size))) as blocks,
+    ):
+        for block in blocks:
+            yield from enumerate(block.answer, block.first)
 
 
 def _runs(

@@ -3,6 +3,7 @@
 from nfopidn.engines.choose import MAXIMUM_WORKERS, processors, read_threads, read_workers
 from nfopidn.engines.engine import Engine, EngineError
 from nfopidn.engines.mapping import Mapping
+from nfopidn.engines.pools import Threads
 from nfopidn.engines.processes import Processes
 from nfopidn.engines.work import Block, Work
 
@@ -13,6 +14,7 @@ __all__ = [
     "EngineError",
     "Mapping",
     "Processes",
+    "Threads",
     "Work",
     "processors",
     "read_threads",

@@ -126,6 +126,19 @@ class Pool(Engine):
             self._substitute = None
 
 
+class Threads(Pool):
+    """Threads of a call's own, for work that the core does without the GIL."""
+
+    def __init__(self, count: int) -> None:
+        """Take their number."""
+        super().__init__(ThreadPoolExecutor(count), lambda: count)
+        self.title = f"{count} threads"
+
+    def close(self) -> None:
+        """End them, once what has begun is done."""
+        self._executor.shutdown(wait=True, cancel_futures=True)
+
+
 def warn_of_death(title: str) -> None:
     """Tell that a process has died, and what follows."""
     warnings.warn(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from io import BytesIO
 from os import PathLike
@@ -310,9 +310,10 @@ def _run(
     with progress_bar("runs", n, progress) as report:
         try:
             report(kept.done, f"{kept.done} of {n}")
-            for first, rows in blocks(analysis, kept.done, n, workers):
-                kept.add(first, rows)
-                report(kept.done, f"{kept.done} of {n}")
+            with closing(blocks(analysis, kept.done, n, workers)) as finished:
+                for first, rows in finished:
+                    kept.add(first, rows)
+                    report(kept.done, f"{kept.done} of {n}")
             report(n, "")
         except (KeyboardInterrupt, Exception) as error:
             if kept.done:
@@ -323,7 +324,9 @@ def _run(
     return MonteCarloResult(analysis, kept.rows)
 
 
-def _on_threads(analysis: Analysis, done: int, n: int, threads: Any) -> Iterator[tuple[int, Array]]:
+def _on_threads(
+    analysis: Analysis, done: int, n: int, threads: Any
+) -> Generator[tuple[int, Array], None, None]:
     """Run the blocks one after another, each on the threads of the core."""
     while done < n:
         count = min(BLOCK - done % BLOCK, n - done)
@@ -331,7 +334,9 @@ def _on_threads(analysis: Analysis, done: int, n: int, threads: Any) -> Iterator
         done += count
 
 
-def _on_engine(analysis: Analysis, done: int, n: int, engine: Any) -> Iterator[tuple[int, Array]]:
+def _on_engine(
+    analysis: Analysis, done: int, n: int, engine: Any
+) -> Generator[tuple[int, Array], None, None]:
     """Have an engine's workers run the blocks; they come in any order."""
     with (
         engine,

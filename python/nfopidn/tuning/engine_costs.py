@@ -27,7 +27,7 @@ def core_costs(
         return _core.CostFunction(scenarios, search.space, *mean, threads)
     assert isinstance(search, RivalSearch)
     dimension = len(search.names)
-    return _core.CostFunction(
+    return _core.CostFunction.of_rival(
         scenarios, search.base, search.source, search.fixed, dimension, *mean, threads
     )
 

@@ -134,7 +134,7 @@ class Plan:
         return result
 
     @property
-    def _threads(self) -> int:
+    def threads(self) -> int:
         """Of this process: gradients are computed here, whoever gives the costs."""
         return self.workers if isinstance(self.workers, int) else processors()
 
@@ -152,7 +152,7 @@ class Plan:
             request.update(problem=self._problem("", settings), start=start)
             reply = _core.search_rival(
                 *(self.scenarios, search.base, search.source, search.fixed),
-                *(*self.mean, self._threads, request),
+                *(*self.mean, self.threads, request),
             )
             return reply | {"alternative": 0}
         described = {
@@ -166,7 +166,7 @@ class Plan:
             [described[name] for name in self.alternatives],
             np.zeros(0) if start is None else start,
             *self.mean,
-            self._threads,
+            self.threads,
             request,
         )
 

@@ -422,7 +422,7 @@ MASS = {"mass": Normal(11.5, 0.5)}
         ({"rng": -1}, "rng is -1"),
         ({"rng": 2**53}, "rng is 9007199254740992"),
         ({"workers": 0}, "workers is 0"),
-        ({"workers": "all"}, "workers is 'all'; must be a number of threads"),
+        ({"workers": "all"}, "workers is 'all'; must be a whole number"),
         ({"method": "sobl"}, r"method is 'sobl' \(did you mean 'sobol'\?\)"),
         ({"method": "sobol", "n": 100, "distributions": MASS}, "n is 100; must be a power of 2"),
         ({"method": "sobol", "n": 64}, "distributions is empty"),
