@@ -55,13 +55,14 @@ class Pool(Engine):
             getattr(self._executor, "_shutdown_thread", False),
             getattr(flags, "shutdown", False),
         ]
-        if any(mark is True for mark in marks):
-            raise ValueError(f"workers is {self.title} that is shut down; must be open")
+        # A pool that is broken counts as shut down too.
         if getattr(self._executor, "_broken", False) or getattr(flags, "broken", None):
             raise ValueError(
                 f"workers is {self.title} that is broken, as one of its processes has died; must "
                 "be a new one"
             )
+        if any(mark is True for mark in marks):
+            raise ValueError(f"workers is {self.title} that is shut down; must be open")
 
     def dumps(self, value: Any) -> bytes:
         """Pickle as the executor would."""
