@@ -205,8 +205,9 @@ class _Course:
         if answer is None:
             self._begin(block, with_function=True)
             return
+        if worker in self._work._knowing:  # the first time it loads modules besides
+            self._work.pace.note(block.count, busy, perf_counter() - block.begun)
         self._work._knowing.add(worker)
-        self._work.pace.note(block.count, busy, perf_counter() - block.begun)
         yield Block(block.first, block.count, answer[0])
 
     def _bury(self, block: _Sent, error: BaseException) -> None:
