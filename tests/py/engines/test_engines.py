@@ -262,6 +262,8 @@ def test_the_pace_hides_what_sending_takes():
     pace.note(1, busy=0.2, elapsed=0.201)
     assert pace.size(100, 100, 2) == int(LONGEST / 0.2)
     assert pace.size(4, 100, 2) == 1
+    pace.note(1, busy=0.2, elapsed=0.21)
+    assert pace.size(10**6, 10**6, 1000) == int(1000 * 1e-3 / 4 / 0.2) + 1 == 2
 
 
 def test_the_pace_gives_all_and_no_more():
