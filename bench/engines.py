@@ -260,14 +260,14 @@ def printed(rows: dict[str, dict[str, object]], runs: int) -> bool:
     points = sum(map(len, BLOCKS))
     print(f"{points} points in {len(BLOCKS)} blocks; {runs} runs with noise; {CORES} workers")
     print(
-        "          ms a block  of it main   bar  runs [s]  us a run  efficiency  answers [MB/s]  bits"
+        "          ms a block  of it main   bar  runs [s]  us a run  efficiency  answers MB/s  bits"
     )
     for name, row in rows.items():
         block = f"{row['block']:10.2f}  {row['main']:10.2f}" if "block" in row else f"{'':22}"
         bar = f"{BARS[name]:4.1f}" if name in BARS else " " * 4
         met = met and ("block" not in row or row["block"] <= BARS.get(name, np.inf))
         share = one["processor"] / row["processor"]
-        rate = f"{row['rate']:14.0f}" if "rate" in row else " " * 14
+        rate = f"{row['rate']:12.0f}" if "rate" in row else " " * 12
         same = "same" if row["bits"] == one["bits"] else "OTHER"
         met = met and same == "same"
         times = f"{row['runs']:8.3f}  {row['processor']:8.2f}  {share:10.2f}"

@@ -6,6 +6,7 @@ from math import ceil, inf
 
 LONGEST = 0.5  # [s] of work in a block, after which progress shows and Ctrl-C is heard
 _SHARES = 3  # blocks of what is left for each worker
+_AT_ONCE = 4  # blocks that are on their way to workers or back, as one is prepared
 _WEIGHT = 0.3  # of the newest block in the mean
 
 
@@ -38,5 +39,7 @@ class Pace:
             least = count
         else:
             least = min(ceil(2 * self.overhead / self.item), ceil(count / workers))
-        most = max(1, int(LONGEST / self.item))
+        # Many workers would want blocks faster than one process sends them.
+        longest = max(LONGEST, workers * self.overhead / _AT_ONCE)
+        most = max(1, int(longest / self.item))
         return min(left, max(share, least), most)
