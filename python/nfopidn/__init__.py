@@ -12,6 +12,7 @@ from nfopidn._core import (
     simulate,
 )
 from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contenders
+from nfopidn.engines import EngineError
 from nfopidn.export import export_c, export_cpp
 from nfopidn.families import Family, simulate_many
 from nfopidn.montecarlo.result import MonteCarloResult
@@ -31,6 +32,7 @@ pickling.register()
 __all__ = [
     "Comparison",
     "Controller",
+    "EngineError",
     "Family",
     "Forager",
     "MonteCarloResult",

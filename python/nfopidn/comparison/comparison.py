@@ -273,7 +273,7 @@ def compare(
     ValueError
         Unknown scenario, lists of different lengths, nothing to compare.
     EngineError
-        Of nfopidn.engines: the workers keep dying, or were closed meanwhile.
+        The workers keep dying, or were closed meanwhile.
     """
     whole_number("seeds", seeds, 1)
     crew = read_workers(workers)

@@ -264,7 +264,7 @@ def monte_carlo(
     ValueError
         Names the argument, its value and what it must be.
     EngineError
-        Of nfopidn.engines: the workers keep dying, or were closed meanwhile; its `best` is as that
+        The workers keep dying, or were closed meanwhile; its `best` is as that
         of KeyboardInterrupt, and the checkpoint has the same.
 
     Examples

@@ -117,7 +117,7 @@ def bfoa(
         For an argument out of range, and for a cost that is NaN. What func raises is passed on;
         its attribute `best` then holds the result so far.
     EngineError
-        Of nfopidn.engines: the workers keep dying, or were closed meanwhile; `best` as above.
+        The workers keep dying, or were closed meanwhile; `best` as above.
     KeyboardInterrupt
         After Ctrl-C before there was any cost, and in the moment of the return; `best` as above.
     """

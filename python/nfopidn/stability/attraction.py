@@ -157,7 +157,7 @@ def basin(
     ValueError
         If an argument is out of range.
     EngineError
-        Of nfopidn.engines: the workers keep dying, or were closed meanwhile.
+        The workers keep dying, or were closed meanwhile.
 
     Examples
     --------

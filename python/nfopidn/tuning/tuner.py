@@ -102,7 +102,7 @@ def tune(
     ValueError
         Names the argument, its value and what is allowed.
     EngineError
-        Of nfopidn.engines: the workers keep dying, or were closed meanwhile; its attribute `best`
+        The workers keep dying, or were closed meanwhile; its attribute `best`
         is the result so far, and a checkpoint has the same.
 
     Warns
