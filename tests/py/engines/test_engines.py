@@ -1,6 +1,7 @@
 """What workers= takes, and that nothing depends on it: pools of Python's own, and functions."""
 
 import functools
+import multiprocessing
 import os
 import pickle
 import resource
@@ -359,6 +360,14 @@ def test_threads_and_map_need_no_pickles(threads):
     one = bfoa(bowl, BOX, rng=1, maxfev=60)
     for workers in (threads, map):
         same(bfoa(local, BOX, rng=1, maxfev=60, workers=workers), one)
+
+
+def test_the_map_of_another_process_is_sent_the_function_when_it_asks():
+    with multiprocessing.Pool(1) as made:  # forked before it could know of the function
+        found = doubles(read_workers(made.map))
+        with refused("<lambda>: must be such that pickle can send it", "the function map"):
+            list(Work(read_workers(made.map), lambda span: 1, "<lambda>").blocks(1, cut))
+    assert (found == 2 * np.arange(100)).all()
 
 
 def test_a_map_that_loses_answers_is_refused():
