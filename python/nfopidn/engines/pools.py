@@ -29,7 +29,10 @@ class Pool(Engine):
     def __init__(self, executor: Any, known_count: Callable[[], int]) -> None:
         """Take an executor, and what tells the workers of one that does not tell."""
         self.title = f"a {type(executor).__name__}"
-        self.pickles = type(executor) is not ThreadPoolExecutor
+        isolated = (
+            type(executor).__name__ == "InterpreterPoolExecutor"
+        )  # threads that share nothing
+        self.pickles = isolated or not isinstance(executor, ThreadPoolExecutor)
         self._executor: Any = executor
         self._known_count = known_count
         self._substitute: Executor | None = None

@@ -21,6 +21,8 @@ _KEPT = 4  # functions of other processes that a worker keeps
 _own: dict[str, Callable[[Any], Any]] = {}
 _sent: OrderedDict[str, Callable[[Any], Any]] = OrderedDict()
 _lock = threading.Lock()
+if hasattr(os, "register_at_fork"):  # another thread may have held it
+    os.register_at_fork(after_in_child=_lock._at_fork_reinit)  # type: ignore[attr-defined]
 
 
 class VersionError(RuntimeError):

@@ -367,6 +367,7 @@ class _Kept:
                 self.done = len(stored)
                 self.rows[: self.done] = stored
         self._saved, self._saved_at = self.done, monotonic()
+        self._saving = 0.0  # [s] that the last one took
 
     def add(self, first: int, rows: Array) -> None:
         """Take a block in, and save now and then."""
@@ -374,11 +375,14 @@ class _Kept:
         self._later[first] = first + len(rows)
         while self.done in self._later:
             self.done = self._later.pop(self.done)
-        if monotonic() - self._saved_at > CHECKPOINT_EVERY:
+        # All rows are written: for many runs not so often that it takes a twentieth of the time.
+        if monotonic() - self._saved_at > CHECKPOINT_EVERY * max(1.0, 4.0 * self._saving):
             self.save()
 
     def save(self) -> None:
         """Write the checkpoint, if there is one and it is behind."""
         if self._path is not None and self._saved < self.done:
+            begun = monotonic()
             _write_checkpoint(self._path, self._identity, self.rows[: self.done])
             self._saved, self._saved_at = self.done, monotonic()
+            self._saving = self._saved_at - begun

@@ -117,3 +117,33 @@ def test_ctrl_c_keeps_the_runs_that_are_done(engine, tmp_path):
     kept = found("monte_carlo", tmp_path)
     assert 0 < kept["count"] < RUNS
     assert kept["bits"] == digest(runs_of(kept["count"]).costs)
+
+
+REFUSED = """
+import nfopidn
+from dask.distributed import Client, LocalCluster
+def says(workers):
+    try:
+        nfopidn.bfoa(max, [(0, 1)], workers=workers)
+    except ValueError as error:
+        print(error)
+if __name__ == "__main__":
+    with LocalCluster(
+        n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as cluster, Client(cluster) as client:
+        says(cluster)
+        client.close()
+        says(client)
+"""
+
+
+def test_what_is_no_cluster_s_client_is_refused(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text(REFUSED)
+    done = subprocess.run(
+        [sys.executable, str(program)], check=True, capture_output=True, text=True, timeout=DEADLINE
+    )
+    cluster, closed = done.stdout.splitlines()
+    assert "LocalCluster" in cluster
+    assert cluster.endswith("(of a Dask cluster, its client: dask.distributed.Client(cluster))")
+    assert closed == "workers is a dask.distributed.Client that is closed; must be open"
