@@ -26,6 +26,7 @@ from nfopidn._core import (
     to_rep103,
 )
 from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contenders
+from nfopidn.engines import EngineError
 from nfopidn.export import export_c, export_cpp
 from nfopidn.families import Family, simulate_many
 from nfopidn.montecarlo.result import MonteCarloResult
@@ -47,6 +48,7 @@ pickling.register()
 __all__ = [
     "Comparison",
     "Controller",
+    "EngineError",
     "Family",
     "Forager",
     "MonteCarloResult",

@@ -722,7 +722,18 @@ class CostFunction:
         caps: Sequence[float],
         threads: int,
     ) -> None: ...
-    def costs(self, points: _Rows) -> _Array: ...
+    @staticmethod
+    def of_rival(
+        scenarios: Sequence[Scenario],
+        rival: Rival,
+        source: Sequence[int],
+        fixed: Sequence[float],
+        dimension: int,
+        worst_share: float,
+        caps: Sequence[float],
+        threads: int,
+    ) -> CostFunction: ...
+    def costs(self, points: _Rows, bounds: _Numbers | None = None) -> _Array: ...
     def gradient(self, x: _Numbers) -> tuple[float, _Array]: ...
 
 @final

@@ -5,21 +5,14 @@
 #include <pybind11/stl.h>
 
 #include "bindings.hpp"
+#include "function_objective.hpp"
 #include "nfopidn/io/checkpoint.hpp"
 #include "nfopidn/io/json_method.hpp"
 #include "nfopidn/tuning/tune.hpp"
 
 namespace nfopidn::python {
 
-using RowPoints = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Clock = std::chrono::steady_clock;
-
-// What Python code has raised, with the lines that it came from.
-inline py::object raised_by(const py::error_already_set& error) {
-  py::object value = error.value();
-  if (error.trace()) PyException_SetTraceback(value.ptr(), error.trace().ptr());
-  return value;
-}
 
 // The options of the method of that name.
 inline MethodOptions read_options(const std::string& method, const py::dict& given) {
@@ -34,9 +27,14 @@ struct Request {
   SearchSettings search;
   std::string checkpoint;  // a path; empty: none
   py::object callback;
+  py::object engine;       // a function that EngineObjective calls, or None
+  int engine_workers = 1;  // that answer at a time
 
   explicit Request(const py::dict& given)
-      : checkpoint(given["checkpoint"].cast<std::string>()), callback(given["callback"]) {
+      : checkpoint(given["checkpoint"].cast<std::string>()),
+        callback(given["callback"]),
+        engine(given["engine"]),
+        engine_workers(given["engine_workers"].cast<int>()) {
     search.method =
         read_options(given["method"].cast<std::string>(), given["options"].cast<py::dict>());
     search.limits = {given["maxfev"].cast<std::int64_t>(), given["maxtime"].cast<double>(),
@@ -152,8 +150,19 @@ class SearchRunner : public StageRunner {
   bool has_failed() const override { return !raised.is_none() || fault.status != Status::ok; }
 
   SearchResult run(const SearchStage& stage, Objective& objective) override {
-    return run(stage.planned.name, objective, stage.planned.space.box(), stage.search, stage.start,
-               stage.spent);
+    return run_on_engine(stage.planned.name, objective, stage.planned.space.box(), stage.search,
+                         stage.start, stage.spent);
+  }
+  // As run(), with the costs from the request's engine if it has one.
+  SearchResult run_on_engine(const std::string& name, Objective& objective, const Box& box,
+                             const SearchSettings& settings, const Point& start,
+                             std::int64_t spent) {
+    if (request_.engine.is_none()) return run(name, objective, box, settings, start, spent);
+    EngineObjective remote(request_.engine.cast<py::function>(), request_.engine_workers, name,
+                           objective);
+    SearchResult found = run(name, remote, box, settings, start, spent);
+    if (!remote.raised.is_none()) raised = remote.raised;
+    return found;
   }
   SearchResult run(const std::string& name, Objective& objective, const Box& box,
                    const SearchSettings& settings, const Point& start, std::int64_t spent) {

@@ -2,62 +2,13 @@
 // the arguments; python/nfopidn/search and python/nfopidn/tuning are the callers.
 #include "nfopidn/rivals/tuning.hpp"
 
+#include "function_objective.hpp"
 #include "search_runner.hpp"
 #include "stepping.hpp"
 
 namespace nfopidn::python {
 
 namespace {
-
-// A Python function of an (n, p) array that returns n costs. What it raises ends the search and is
-// kept, so that the caller can be given the best so far with it.
-class FunctionObjective : public Objective {
- public:
-  FunctionObjective(py::function function, Eigen::Index most)
-      : function_(std::move(function)), most_(most) {}
-
-  Eigen::Index most_at_once() const override { return most_; }
-
-  void costs(const Points& points, double* costs) override {
-    const py::gil_scoped_acquire acquire;
-    std::fill(costs, costs + points.cols(), std::numeric_limits<double>::quiet_NaN());
-    if (!raised.is_none()) return;
-    try {
-      const RowPoints rows = points.transpose();
-      const auto reply =
-          function_(rows).cast<py::array_t<double, py::array::c_style | py::array::forcecast>>();
-      if (reply.ndim() != 1 || reply.size() != points.cols()) {
-        throw py::value_error("func must return " + std::to_string(points.cols()) +
-                              " costs for as many points, shape (" + std::to_string(points.cols()) +
-                              ",)");
-      }
-      std::copy(reply.data(), reply.data() + reply.size(), costs);
-    } catch (const py::error_already_set& error) {
-      raised = raised_by(error);
-      keep_answers(costs, points.cols());
-    } catch (const py::cast_error&) {
-      raised = py::module_::import("builtins").attr("ValueError")("func must return numbers");
-    } catch (const py::builtin_exception& error) {
-      raised = py::module_::import("builtins").attr("ValueError")(error.what());
-    }
-  }
-
-  py::object raised = py::none();
-
- private:
-  // Of the points before the one that raised.
-  void keep_answers(double* costs, Eigen::Index count) const {
-    const py::object answered = py::getattr(raised, "_nfopidn_answered", py::none());
-    if (!py::isinstance<py::list>(answered)) return;
-    for (const auto& answer : answered.cast<py::list>()) {
-      if (count-- <= 0 || !py::isinstance<py::float_>(answer)) return;
-      *costs++ = answer.cast<double>();
-    }
-  }
-
-  py::function function_;
-  Eigen::Index most_;
-};
 
 // What a search in one stage is given besides.
 struct BoxRequest {
@@ -202,8 +153,8 @@ py::dict search_rival(const std::vector<const Scenario*>& scenarios, const PyRiv
   rivals::RivalObjective objective(scenarios, rival.design, {source, fixed},
                                    static_cast<int>(box.low.size()), {worst_share, caps}, threads);
   SearchRunner runner(request, box.problems());
-  return runner.reply(runner.run("", objective, {box.low, box.high, tuning_powers(box.low)},
-                                 request.search, box.start, 0));
+  return runner.reply(runner.run_on_engine(
+      "", objective, {box.low, box.high, tuning_powers(box.low)}, request.search, box.start, 0));
 }
 
 // A controller's cost as a function of its free parameters, for other optimisers.
@@ -213,9 +164,18 @@ class PyObjective {
               const std::vector<double>& caps, int threads)
       : scenarios_(std::move(scenarios)),
         dimension_(space.dimension()),
-        objective_(pointers(), space, {worst_share, caps}, threads) {}
+        objective_(std::make_unique<TuneObjective>(pointers(), space, FamilyCost{worst_share, caps},
+                                                   threads)) {}
+  PyObjective(std::vector<Scenario> scenarios, const rivals::RivalDesign& rival,
+              const std::vector<int>& source, const std::vector<double>& fixed, int dimension,
+              double worst_share, const std::vector<double>& caps, int threads)
+      : scenarios_(std::move(scenarios)),
+        dimension_(dimension),
+        objective_(std::make_unique<rivals::RivalObjective>(
+            pointers(), rival, FreeParameters{source, fixed}, dimension,
+            FamilyCost{worst_share, caps}, threads)) {}
 
-  py::array_t<double> costs(const RowPoints& points) {
+  py::array_t<double> costs(const RowPoints& points, const std::optional<Eigen::VectorXd>& bounds) {
     if (points.cols() != dimension_) {
       throw py::value_error("points have " + std::to_string(points.cols()) +
                             " columns; must have " + std::to_string(dimension_));
@@ -223,7 +183,17 @@ class PyObjective {
     const Points columns = points.transpose();
     py::array_t<double> result(points.rows());
     double* const costs = result.mutable_data();
-    watched([&] { objective_.costs(columns, costs); });
+    if (bounds && bounds->size() != points.rows()) {
+      throw py::value_error("bounds has " + std::to_string(bounds->size()) +
+                            " numbers; must have one a point, " + std::to_string(points.rows()));
+    }
+    watched([&] {
+      if (bounds) {
+        objective_->bounded_costs(columns, bounds->data(), costs);
+      } else {
+        objective_->costs(columns, costs);
+      }
+    });
     return result;
   }
   std::pair<double, Eigen::VectorXd> gradient(const Eigen::VectorXd& x) {
@@ -233,7 +203,7 @@ class PyObjective {
     }
     Eigen::VectorXd slopes(x.size());
     double cost = 0;
-    watched([&] { cost = objective_.gradient(x, slopes.data()); });
+    watched([&] { cost = objective_->gradient(x, slopes.data()); });
     return {cost, std::move(slopes)};
   }
 
@@ -246,7 +216,7 @@ class PyObjective {
 
   std::vector<Scenario> scenarios_;
   Eigen::Index dimension_;
-  TuneObjective objective_;
+  std::unique_ptr<FamilyObjective> objective_;
 };
 
 py::tuple structure_by_name(const std::string& name) {
@@ -322,8 +292,23 @@ void bind_tuning(py::module_& module) {
                     int>(),
            Computes(), py::arg("scenarios"), py::arg("space"), py::arg("worst_share"),
            py::arg("caps"), py::arg("threads"))
-      .def("costs", &PyObjective::costs, Computes(), "costs(self, points)\n--\n\n(n, p) to (n,).",
-           py::arg("points"))
+      .def_static(
+          "of_rival",
+          [](std::vector<Scenario> scenarios, const rivals::RivalDesign& rival,
+             const std::vector<int>& source, const std::vector<double>& fixed, int dimension,
+             double worst_share, const std::vector<double>& caps, int threads) {
+            return std::make_unique<PyObjective>(std::move(scenarios), rival, source, fixed,
+                                                 dimension, worst_share, caps, threads);
+          },
+          Computes(),
+          "of_rival(scenarios, rival, source, fixed, dimension, worst_share, caps, "
+          "threads)\n--\n\nThe same of a rival's parameters, of which `dimension` are free.",
+          py::arg("scenarios"), py::arg("rival"), py::arg("source"), py::arg("fixed"),
+          py::arg("dimension"), py::arg("worst_share"), py::arg("caps"), py::arg("threads"))
+      .def("costs", &PyObjective::costs, Computes(),
+           "costs(self, points, bounds=None)\n--\n\n(n, p) to (n,). All costs over a point's "
+           "bound may be any number over it.",
+           py::arg("points"), py::arg("bounds") = py::none())
       .def("gradient", &PyObjective::gradient,
            "gradient(self, x)\n--\n\nThe cost at x, and its partial derivatives.", py::arg("x"));
   module.def("search_function", &search_function, Computes(), py::arg("function"),

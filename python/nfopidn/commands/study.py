@@ -16,7 +16,12 @@ def _study(arguments: argparse.Namespace) -> int:
 
     shown = shows_progress(arguments.quiet)
     try:
-        files = reproduce(arguments.output, seeds=arguments.seeds, progress=shown)
+        files = reproduce(
+            arguments.output,
+            seeds=arguments.seeds,
+            workers=arguments.workers,
+            progress=shown,
+        )
     except (KeyboardInterrupt, InterruptedSearchError):
         print("nfopidn: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
@@ -42,5 +47,6 @@ def add_study(commands: Any) -> None:
         default=25,
         help="searches for each of the eight memories (%(default)s)",
     )
+    add("--workers", type=int, default=1, help="threads; -1: all processors (%(default)s)")
     add("--quiet", action="store_true", help="print nothing")
     parser.set_defaults(run=_study)

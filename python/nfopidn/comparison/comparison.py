@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -30,6 +30,7 @@ from nfopidn.comparison.contenders import AnyController
 from nfopidn.comparison.ranking import Ranking, rank
 from nfopidn.comparison.suite import scenario_suite
 from nfopidn.console import progress as progress_bar
+from nfopidn.engines import Work, read_workers
 from nfopidn.families.family import Family
 
 #: A run has settled when its position error stays within this [m].
@@ -237,7 +238,7 @@ def compare(
     scenarios: Family | Mapping[str, Scenario] | Sequence[str] | None = None,
     *,
     seeds: int = 1,
-    workers: int = 1,
+    workers: Any = 1,
     progress: bool = False,
 ) -> Comparison:
     """Run controllers on scenarios and compare what they do.
@@ -255,8 +256,10 @@ def compare(
         Of each run the metrics are kept alone, of each pair its first run too. With
         `noise_source="counter"` the runs of a Controller go in lanes.
     workers
-        Pairs at a time, or where these are fewer the runs of a pair. The result does not depend on
-        it.
+        Pairs of a controller and a scenario at a time, on threads, or where these are fewer the
+        runs of a pair; -1 for as many as there are processors; or an Executor as of
+        concurrent.futures, a dask.distributed.Client or a function like map, whose workers run the
+        pairs. The result is the same with each.
     progress
         Whether to show a bar.
 
@@ -269,9 +272,11 @@ def compare(
     ------
     ValueError
         Unknown scenario, lists of different lengths, nothing to compare.
+    EngineError
+        The workers keep dying, or were closed meanwhile.
     """
     whole_number("seeds", seeds, 1)
-    whole_number("workers", workers, 1)
+    crew = read_workers(workers)
     named = _named(controllers)
     if isinstance(scenarios, Family):
         chosen = dict(scenarios.items())
@@ -286,37 +291,65 @@ def compare(
     draws = np.empty((len(named), len(chosen), count), dtype=np.int64)
     first: dict[tuple[str, str], SimulationResult] = {}
 
-    ended = threading.Event()
-
-    threads = max(1, workers // len(pairs))
-
-    def work(pair: tuple[str, str]) -> _Measured:
-        with StopIf(ended.is_set):
-            return _measure(named[pair[0]], chosen[pair[1]], seeds, threads)
-
-    with (
-        progress_bar("comparing", len(pairs), progress) as report,
-        ThreadPoolExecutor(workers) as pool,
-        _set_on_error(ended),  # the pool waits for what it has begun
-    ):
-        for done, (pair, found) in enumerate(zip(pairs, pool.map(work, pairs), strict=True)):
-            i, j = divmod(done, len(chosen))
-            first[pair] = found.first_run
-            own = draws[i, j] = found.places(count, seeds)
-            for name, column in found.columns.items():
-                values[name][i, j] = column[own]
-            report(done + 1, f"{pair[0]} on {pair[1]}")
+    with progress_bar("comparing", len(pairs), progress) as report:
+        measured = _on_threads if isinstance(crew, int) else _on_engine
+        every = _Pairs([(named[name], chosen[place]) for name, place in pairs], seeds)
+        with closing(measured(every, crew)) as finished:
+            for done, (at, found) in enumerate(finished):
+                i, j = divmod(at, len(chosen))
+                first[pairs[at]] = found.first_run
+                own = draws[i, j] = found.places(count, seeds)
+                for name, column in found.columns.items():
+                    values[name][i, j] = column[own]
+                report(done + 1, " on ".join(pairs[at]))
+    first = {pair: first[pair] for pair in pairs}
     return Comparison(tuple(named), tuple(chosen), values, draws, first)
 
 
-@contextmanager
-def _set_on_error(ended: threading.Event) -> Iterator[None]:
-    """Set the event when the block is left by an exception, as by Ctrl-C."""
-    try:
-        yield
-    except BaseException:
-        ended.set()
-        raise
+class _Pairs:
+    """Controllers with scenarios, pair by pair; what an engine's workers are given."""
+
+    def __init__(self, pairs: list[tuple[list[Any], Scenario]], seeds: int) -> None:
+        self.pairs, self.seeds = pairs, seeds
+
+    def measure(self, place: int, threads: int = 1) -> _Measured:
+        """Run a pair."""
+        members, scenario = self.pairs[place]
+        return _measure(members, scenario, self.seeds, threads)
+
+    @in_standard_arithmetic
+    def __call__(self, span: tuple[int, int]) -> list[_Measured]:
+        """Run the pairs of (first, count)."""
+        first, count = span
+        return [self.measure(place) for place in range(first, first + count)]
+
+
+def _on_threads(pairs: _Pairs, threads: Any) -> Generator[tuple[int, _Measured], None, None]:
+    """Run the pairs on threads of this process, in order; an exception, as by Ctrl-C, ends them."""
+    ended = threading.Event()
+    each = max(1, threads // len(pairs.pairs))
+
+    def work(place: int) -> _Measured:
+        with StopIf(ended.is_set):
+            return pairs.measure(place, each)
+
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            yield from enumerate(pool.map(work, range(len(pairs.pairs))))
+        except BaseException:
+            ended.set()  # the pool waits for what it has begun
+            raise
+
+
+def _on_engine(pairs: _Pairs, engine: Any) -> Generator[tuple[int, _Measured], None, None]:
+    """Have an engine's workers run the pairs; they come in any order."""
+    with (
+        engine,
+        Work(engine, pairs, "controllers", "pairs") as work,
+        closing(work.blocks(len(pairs.pairs), lambda first, size: (first, size))) as blocks,
+    ):
+        for block in blocks:
+            yield from enumerate(block.answer, block.first)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ SEEDS = 2**53
 #: Parameters by name: unit, lowest and highest value, and what they are.
 PARAMETERS: dict[str, tuple[str, float, float, str]] = _core.drawn_parameters()
 _PLACES = {name: place for place, name in enumerate(PARAMETERS)}
+_BITS = 53  # of the numbers of Sobol's points
 _STRIDE = 64  # numbers of a run, of which each parameter has one
 _GOLDEN = 0x9E3779B97F4A7C15
 _MASK = 2**64 - 1
@@ -122,6 +123,23 @@ def check_covariance(given: Any, distributions: Mapping[str, Distribution]) -> A
     return matrix
 
 
+def _sobol_points(engine: Any, first: int, count: int) -> Array:
+    """Give the points first .. first + count - 1 of one of SciPy's Sobol sequences.
+
+    Its own fast_forward() fails for points of more than 32 bits, and takes a step a point. Point
+    i + 1 is the one before with the direction of the lowest 0 bit of i, so that i steps leave those
+    of the Gray code of i.
+    """
+    if first == 0:  # alone, as SciPy warns of first points whose number is no power of 2
+        return np.concatenate([engine.random(1), engine.random(count - 1)])
+    code = (first - 1) ^ ((first - 1) >> 1)
+    for place in range(_BITS):
+        if code >> place & 1:
+            engine._quasi ^= engine._sv[:, place]
+    engine.num_generated = first
+    return np.asarray(engine.random(count))
+
+
 class Draws:
     """The parameters of n runs, to be made again at any time."""
 
@@ -184,6 +202,10 @@ class Draws:
                 f"{least:.3g}"
             ) from None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the design, which whoever needs it makes again."""
+        return {**vars(self), "_design": None}
+
     @property
     def first_seed(self) -> int:
         """The noise seed of run 0; those of the others follow, modulo 2**53."""
@@ -202,10 +224,8 @@ class Draws:
             return np.stack(columns, axis=1) if columns else np.empty((count, 0))
         dimensions = len(self.names)
         if self.method == "sobol":
-            engine = qmc.Sobol(dimensions, bits=53, rng=np.random.default_rng(self.seed))
-            if first:
-                engine.fast_forward(first)
-            points = engine.random(count)
+            engine = qmc.Sobol(dimensions, bits=_BITS, rng=np.random.default_rng(self.seed))
+            points = _sobol_points(engine, first, count)
         else:
             if self._design is None:
                 rng = np.random.default_rng(self.seed)

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn.arguments import shown, whole_number
+from nfopidn.engines import read_threads
 from nfopidn.families.runs import family_of
 from nfopidn.montecarlo.distributions import Distribution
 from nfopidn.montecarlo.draws import Draws
-from nfopidn.montecarlo.runs import Analysis, check_columns, seed_of, threads_of
+from nfopidn.montecarlo.runs import Analysis, check_columns, seed_of
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,7 @@ def sobol_indices(
 
     Parameters
     ----------
-    scenario, controller, distributions, workers
+    scenario, controller, distributions
         as in monte_carlo()
     n
         a power of 2
@@ -72,6 +73,8 @@ def sobol_indices(
         a seed, a numpy.random.Generator, or None
     metric
         a name of SimulationResult.metrics
+    workers
+        threads; -1: as many as there are processors
 
     Raises
     ------
@@ -86,7 +89,7 @@ def sobol_indices(
         raise ValueError(f"controller is {shown(controller)}; must be a Controller or a Rival")
     kept = check_columns([metric])
     analysis = Analysis(family_of(scenario), controller, draws, kept)
-    threads = threads_of(workers)
+    threads = read_threads(workers)
     made = 0
 
     def measure(points: Array) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
@@ -19,6 +20,7 @@ from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
 from nfopidn.arguments import check_sample_time, names_in, shown, suggestion, whole_number
 from nfopidn.console import progress as progress_bar
+from nfopidn.engines import Engine, Work, read_workers
 from nfopidn.families import Family
 from nfopidn.families.runs import family_of
 from nfopidn.files import replace_file
@@ -30,6 +32,8 @@ Array = NDArray[np.float64]
 
 #: Runs between two looks at Ctrl-C, at progress and at the checkpoint.
 BLOCK = 2**15
+#: Runs of an engine's first blocks, by which it is measured what a run takes.
+_FIRST_BLOCK = 64
 #: [s] between two checkpoints.
 CHECKPOINT_EVERY = 5.0
 #: What a run may be measured by besides its cost.
@@ -67,22 +71,6 @@ def check_columns(columns: Any) -> tuple[str, ...]:
                 f"columns has {name!r}{suggestion(name, _PLACES)}; known: {', '.join(_PLACES)}"
             )
     return tuple(name for name in METRICS if name in names)
-
-
-def threads_of(given: Any) -> int:
-    """Return the number of threads; -1 stands for all processors.
-
-    Raises
-    ------
-    ValueError
-        No such number.
-    """
-    if isinstance(given, int) and given == -1:
-        known = hasattr(os, "sched_getaffinity")  # not on macOS
-        return len(os.sched_getaffinity(0)) if known else os.cpu_count() or 1
-    if not isinstance(given, int):
-        raise ValueError(f"workers is {shown(given)}; must be a number of threads, or -1 for all")
-    return whole_number("workers", given, 1)
 
 
 def _check_member(name: str, scenario: Scenario, draws: Draws) -> None:
@@ -141,6 +129,14 @@ class Analysis:
             return np.asarray(runs.costs(values, first_seed, step, workers)[:, np.newaxis])
         kept = [_PLACES[name] for name in ("cost", *self.columns)]
         return np.asarray(runs.metrics(values, first_seed, step, workers)[:, kept])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Tell pickle what it is made of: the core's runs are made anew."""
+        return Analysis, (self.family, self.controller, self.draws, self.columns)
+
+    def __call__(self, span: tuple[int, int]) -> Array:
+        """Run the runs of (first, count) on one thread, as an engine's worker does."""
+        return self.block(*span, workers=1)
 
     def identity(self) -> str:
         """Give in words all that the runs depend on."""
@@ -207,7 +203,7 @@ def monte_carlo(
     method: str = "independent",
     covariance: Any = None,
     columns: Sequence[str] = ("cost",),
-    workers: int = 1,
+    workers: Any = 1,
     checkpoint: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> MonteCarloResult:
@@ -246,7 +242,9 @@ def monte_carlo(
         Names of SimulationResult.metrics to keep, besides the cost. With any but "cost" a run takes
         some four times as long: its samples are gone through again.
     workers
-        Threads; -1: all processors. The result does not depend on it.
+        Threads, -1 for as many as there are processors; or an Executor as of concurrent.futures, a
+        dask.distributed.Client or a function like map, whose workers do the runs: what is drawn
+        is not sent, each worker draws its own. The result is the same with each.
     checkpoint
         A file in which finished blocks are kept, and from which a later call goes on, to the same
         bits.
@@ -263,6 +261,9 @@ def monte_carlo(
     ------
     ValueError
         Names the argument, its value and what it must be.
+    EngineError
+        The workers keep dying, or were closed meanwhile; its `best` is as that
+        of KeyboardInterrupt, and the checkpoint has the same.
 
     Examples
     --------
@@ -279,7 +280,7 @@ def monte_carlo(
     family = family_of(scenario)
     if not isinstance(controller, Controller | Rival):
         raise ValueError(f"controller is {shown(controller)}; must be a Controller or a Rival")
-    threads = threads_of(workers)
+    crew = read_workers(workers)
     kept = check_columns(columns)
     draws = Draws(
         {} if distributions is None else distributions,
@@ -292,43 +293,94 @@ def monte_carlo(
         _check_member(name, one, draws)
         check_sample_time(controller, one)
     analysis = Analysis(family, controller, draws, kept)
-    return _run(analysis, n, threads, checkpoint, progress)
+    return _run(analysis, n, crew, checkpoint, progress)
 
 
 def _run(
     analysis: Analysis,
     n: int,
-    workers: int,
+    workers: int | Engine,
     checkpoint: str | PathLike[str] | None,
     progress: bool,
 ) -> MonteCarloResult:
-    rows = np.empty((n, 1 + len(analysis.columns)))
-    done = 0
-    identity = ""
-    if checkpoint is not None:
-        identity = analysis.identity()
-        _check_writable(checkpoint)
-        stored = _read_checkpoint(checkpoint, identity, n)
-        if stored is not None:
-            done = len(stored)
-            rows[:done] = stored
-    saved, saved_at = done, monotonic()
+    kept = _Kept(analysis, n, checkpoint)
+    blocks = _on_threads if isinstance(workers, int) else _on_engine
     with progress_bar("runs", n, progress) as report:
         try:
-            while done < n:
-                report(done, f"{done} of {n}")
-                count = min(BLOCK - done % BLOCK, n - done)
-                rows[done : done + count] = analysis.block(done, count, workers)
-                done += count
-                if checkpoint is not None and monotonic() - saved_at > CHECKPOINT_EVERY:
-                    _write_checkpoint(checkpoint, identity, rows[:done])
-                    saved, saved_at = done, monotonic()
+            report(kept.done, f"{kept.done} of {n}")
+            with closing(blocks(analysis, kept.done, n, workers)) as finished:
+                for first, rows in finished:
+                    kept.add(first, rows)
+                    report(kept.done, f"{kept.done} of {n}")
             report(n, "")
-        except KeyboardInterrupt as interrupt:
-            if done:
-                interrupt.best = MonteCarloResult(analysis, rows[:done].copy())  # type: ignore[attr-defined]
+        except (KeyboardInterrupt, Exception) as error:
+            if kept.done:
+                error.best = MonteCarloResult(analysis, kept.rows[: kept.done].copy())  # type: ignore[union-attr]
             raise
         finally:
-            if checkpoint is not None and saved < done:
-                _write_checkpoint(checkpoint, identity, rows[:done])
-    return MonteCarloResult(analysis, rows)
+            kept.save()
+    return MonteCarloResult(analysis, kept.rows)
+
+
+def _on_threads(
+    analysis: Analysis, done: int, n: int, threads: Any
+) -> Generator[tuple[int, Array], None, None]:
+    """Run the blocks one after another, each on the threads of the core."""
+    while done < n:
+        count = min(BLOCK - done % BLOCK, n - done)
+        yield done, analysis.block(done, count, threads)
+        done += count
+
+
+def _on_engine(
+    analysis: Analysis, done: int, n: int, engine: Any
+) -> Generator[tuple[int, Array], None, None]:
+    """Have an engine's workers run the blocks; they come in any order."""
+    with (
+        engine,
+        Work(engine, analysis, "distributions", "runs", first=_FIRST_BLOCK) as work,
+        closing(work.blocks(n - done, lambda first, size: (done + first, size))) as blocks,
+    ):
+        for block in blocks:
+            yield done + block.first, block.answer
+
+
+class _Kept:
+    """The rows of the runs that are done, here and in the checkpoint.
+
+    Blocks come in any order; what counts as done are the runs before the first that is missing.
+    """
+
+    def __init__(self, analysis: Analysis, n: int, checkpoint: str | PathLike[str] | None) -> None:
+        self.rows = np.empty((n, 1 + len(analysis.columns)))
+        self.done = 0
+        self._later: dict[int, int] = {}  # blocks beyond: where they end, by their beginning
+        self._path = checkpoint
+        self._identity = ""
+        if checkpoint is not None:
+            self._identity = analysis.identity()
+            _check_writable(checkpoint)
+            stored = _read_checkpoint(checkpoint, self._identity, n)
+            if stored is not None:
+                self.done = len(stored)
+                self.rows[: self.done] = stored
+        self._saved, self._saved_at = self.done, monotonic()
+        self._saving = 0.0  # [s] that the last one took
+
+    def add(self, first: int, rows: Array) -> None:
+        """Take a block in, and save now and then."""
+        self.rows[first : first + len(rows)] = rows
+        self._later[first] = first + len(rows)
+        while self.done in self._later:
+            self.done = self._later.pop(self.done)
+        # All rows are written: for many runs not so often that it takes a twentieth of the time.
+        if monotonic() - self._saved_at > CHECKPOINT_EVERY * max(1.0, 4.0 * self._saving):
+            self.save()
+
+    def save(self) -> None:
+        """Write the checkpoint, if there is one and it is behind."""
+        if self._path is not None and self._saved < self.done:
+            begun = monotonic()
+            _write_checkpoint(self._path, self._identity, self.rows[: self.done])
+            self._saved, self._saved_at = self.done, monotonic()
+            self._saving = self._saved_at - begun

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import pickle
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nfopidn import _core
-from nfopidn.arguments import real_numbers, whole_number
+from nfopidn.arguments import real_numbers
+from nfopidn.engines import Engine, Processes, Work, read_workers
+from nfopidn.engines import Mapping as MapEngine
 from nfopidn.search.interrupts import StopRequests, heeded_signals, user_code
 from nfopidn.search.optimise import (
-    MAXIMUM_WORKERS,
     UNLIMITED,
     Array,
     Callback,
@@ -29,7 +30,6 @@ from nfopidn.search.optimise import (
     returned,
     run,
 )
-from nfopidn.search.workers import Workers, check_picklable
 
 Map = Callable[..., Iterable[Any]]
 Box = tuple[Array, Array]
@@ -50,7 +50,7 @@ def bfoa(
     callback: Callback | None = None,
     x0: ArrayLike | None = None,
     vectorized: bool = False,
-    workers: int | Map = 1,
+    workers: Any = 1,
     checkpoint: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> OptimizeResult:
@@ -92,9 +92,11 @@ def bfoa(
     vectorized
         Whether func takes a block of points.
     workers
-        Processes that evaluate a block's points, -1 for as many as there are processors, or a
-        function like map, whose answers may come in any order. func must then be one that can be
-        pickled, and takes one point: `vectorized` is overridden, with a warning.
+        Processes that evaluate a block's points, -1 for as many as there are processors; an
+        Executor as of concurrent.futures (of Python, loky or mpi4py) or a dask.distributed.Client;
+        or a function like map, whose answers may come in any order. func must then be one that can
+        be pickled, and takes one point: `vectorized` is overridden, with a warning. The result is
+        the same with each; docs/scaling.md tells when which is of use.
     checkpoint
         A file from which the same call goes on after an interruption, to the same result. It is
         saved every half second between evaluations; a block, if func is `vectorized` or `workers`
@@ -114,6 +116,8 @@ def bfoa(
     ValueError
         For an argument out of range, and for a cost that is NaN. What func raises is passed on;
         its attribute `best` then holds the result so far.
+    EngineError
+        The workers keep dying, or were closed meanwhile; `best` as above.
     KeyboardInterrupt
         After Ctrl-C before there was any cost, and in the moment of the return; `best` as above.
     """
@@ -127,18 +131,15 @@ def bfoa(
         raise ValueError(f"func is {func!r}; must be a function")
     if not isinstance(args, tuple):
         args = (args,)  # as SciPy takes it
-    if not callable(workers):
-        if isinstance(workers, int | np.integer) and workers == -1:
-            workers = min(len(os.sched_getaffinity(0)), MAXIMUM_WORKERS)
-        whole_number("workers", workers, 1, MAXIMUM_WORKERS)
-    if vectorized and workers != 1:
+    crew = read_workers(workers)
+    if vectorized and crew != 1:
         text = "bfoa: the 'workers' keyword overrides the 'vectorized' keyword"
         warnings.warn(text, UserWarning, stacklevel=2)
         vectorized = False
     own_budget = maxfev is not None
 
     def search() -> OptimizeResult:
-        result = _search(func, box, args, start, settings, callback, vectorized, workers)
+        result = _search(func, box, args, start, settings, callback, vectorized, crew)
         if (result.status == 1 and own_budget) or result.status in (2, 4):
             result.success = False
         return result
@@ -199,7 +200,7 @@ def _search(
     settings: Settings,
     callback: Callback | None,
     vectorized: bool,
-    workers: int | Map,
+    workers: int | Engine,
 ) -> OptimizeResult:
     """Search as bfoa() does, with what it has checked."""
     low, high = box
@@ -211,9 +212,10 @@ def _search(
         request["start"] = start
         request["most_at_once"] = UNLIMITED
         watched = settings.checkpoint or np.isfinite(settings.maxtime)
-        if watched and not vectorized and not callable(workers):
+        if watched and not vectorized and not isinstance(workers, MapEngine):
             # Time is looked at, and answers are saved, between what is asked for together.
-            request["most_at_once"] = 1 if workers == 1 else 4 * workers
+            count = workers if isinstance(workers, int) else workers.count()
+            request["most_at_once"] = 1 if count == 1 else 4 * count
         asking = _interruptible(block, requests)
         found, raised = run(
             lambda request: _core.search_function(asking, request),
@@ -286,31 +288,108 @@ class _Ask:
         return _Answer(_plain_cost(self.func(point, *self.args)), asked)
 
 
+class _Points:
+    """What an engine's workers are given: func of each of some points."""
+
+    def __init__(self, func: Callable[..., Any], args: tuple[Any, ...]) -> None:
+        self.func, self.args = func, args
+
+    def __call__(self, points: Array) -> list[float]:
+        """Give the costs; what func raises tells those of the points before."""
+        costs: list[float] = []
+        try:
+            for point in points:
+                costs.append(_plain_cost(self.func(point, *self.args)))  # kept
+        except BaseException as error:
+            _tell_answers(error, costs)
+            raise
+        return costs
+
+
+def _tell_answers(error: BaseException, costs: list[float]) -> None:
+    """Note with an error the costs of the points before it, which the core counts."""
+    with suppress(AttributeError, TypeError):
+        error._nfopidn_answered = costs  # type: ignore[attr-defined]
+
+
 def _pointwise(
-    func: Callable[..., Any], args: tuple[Any, ...], workers: int | Map, stack: ExitStack
+    func: Callable[..., Any],
+    args: tuple[Any, ...],
+    workers: int | Engine,
+    stack: ExitStack,
 ) -> Callable[[Array], Array]:
     """Make a function of points (n, p) from one of a point."""
-    mapping: Map | None = None
-    if callable(workers):
-        mapping = workers
-    elif workers > 1:
-        check_picklable(func, args, workers)
-        mapping = stack.enter_context(Workers(workers)).map
+    if workers == 1:
+        own = _Points(func, args)  # a plain loop: through map a StopIteration would be lost
+        return lambda points: np.array(own(points), dtype=float)
+    if isinstance(workers, MapEngine):
+        return _mapped(func, args, workers.function)
+    _check_picklable(func, args, workers)
+    engine = stack.enter_context(Processes(workers) if isinstance(workers, int) else workers)
+    return _shared_out(stack.enter_context(Work(engine, _Points(func, args), "func", "points")))
+
+
+def _check_picklable(
+    func: Callable[..., Any], args: tuple[Any, ...], workers: int | Engine
+) -> None:
+    """Refuse what cannot be sent to other processes, before there are any.
+
+    Raises
+    ------
+    ValueError
+        Names it, and the part of it that cannot be sent.
+    """
+    if not isinstance(workers, int) and not workers.pickles:
+        return
+    dumps = pickle.dumps if isinstance(workers, int) else workers.dumps
+    title = f"{workers} workers" if isinstance(workers, int) else workers.title
+    for name, value in (("func", func), ("args", args)):
+        try:
+            dumps(value)
+        except Exception as error:  # whatever a class's own way to be pickled raises
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise ValueError(
+                f"{name} is {value!r}; must be such that it can be pickled for {title}, "
+                f"as functions of a module can; or give workers=1 ({reason})"
+            ) from None
+
+
+def _shared_out(work: Work) -> Callable[[Array], Array]:
+    """Make a function of points (n, p) whose blocks an engine evaluates."""
 
     def each(points: Array) -> Array:
         costs = np.full(len(points), np.nan)
         answered = np.zeros(len(points), dtype=bool)
         try:
-            if mapping is None:  # a plain loop: through map a StopIteration of func would be lost
-                for place, point in enumerate(points):
-                    costs[place] = _plain_cost(func(point, *args))
-                    answered[place] = True
-            else:
-                _gather(mapping(_Ask(func, args), points), points, costs, answered)
+            for block in work.blocks(len(points), lambda first, n: points[first : first + n]):
+                own = slice(block.first, block.first + block.size)
+                costs[own], answered[own] = block.answer, True
         except BaseException as error:
-            first = costs[: len(costs) if answered.all() else int(np.argmin(answered))]
-            with suppress(AttributeError, TypeError):
-                error._nfopidn_answered = first.tolist()  # type: ignore[attr-defined]  # the core counts them
+            _tell_answers(error, _first_answers(costs, answered))
+            raise
+        return costs
+
+    return each
+
+
+def _first_answers(costs: Array, answered: Array) -> list[float]:
+    """Give the costs before the first that is missing."""
+    first = costs[: len(costs) if answered.all() else int(np.argmin(answered))]
+    return [float(cost) for cost in first]
+
+
+def _mapped(
+    func: Callable[..., Any], args: tuple[Any, ...], mapping: Map
+) -> Callable[[Array], Array]:
+    """Make a function of points (n, p) whose points a function like map evaluates."""
+
+    def each(points: Array) -> Array:
+        costs = np.full(len(points), np.nan)
+        answered = np.zeros(len(points), dtype=bool)
+        try:
+            _gather(mapping(_Ask(func, args), points), points, costs, answered)
+        except BaseException as error:
+            _tell_answers(error, _first_answers(costs, answered))
             raise
         return costs
 

@@ -28,7 +28,6 @@ METHODS: tuple[str, ...] = tuple(_core.METHODS)
 HISTORY = ("l", "k", "j", "nfev", "best", "mean", "step")
 DEFAULT_EVALUATIONS = _core.METHODS[METHODS[0]]
 UNLIMITED = _core.UNLIMITED
-MAXIMUM_WORKERS = 1024
 BOUND_WORDS = {-1: "  (at its lower bound)", 0: "", 1: "  (at its upper bound)"}
 MOST_LINES = 40  # of a printed result
 NEAR_BOUND = 1e-4  # of the width of the bounds: nearer, a number is at its bound
@@ -160,6 +159,8 @@ class Settings:
             "high": high,
             "start": None,
             "callback": None,
+            "engine": None,
+            "engine_workers": 1,
             "problem": json.dumps(whole, allow_nan=False),
         }
 

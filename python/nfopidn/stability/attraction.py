@@ -1,6 +1,5 @@
 """The basin of attraction: from where a run ends on its path."""
 
-import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,12 +15,12 @@ from nfopidn.arguments import (
     real_numbers,
     scenario_or_published,
     shown,
-    whole_number,
 )
+from nfopidn.engines import Engine, Work, read_workers
 
 Array = NDArray[np.float64]
 
-_MOST_WORKERS = 64
+_FIRST_BLOCK = 16  # poses of an engine's first blocks
 
 
 @dataclass(frozen=True)
@@ -91,6 +90,27 @@ def _check(name: str, value: Any, low: float, high: float, unit: str) -> None:
         raise ValueError(f"{name} is {text}; must be in ({low:g}, {high:g}] {unit}")
 
 
+@dataclass(frozen=True)
+class _FinalErrors:
+    """What an engine's workers are given."""
+
+    scenario: Scenario
+    controller: Controller
+    samples: int
+
+    def __call__(self, poses: Array, threads: int = 1) -> Array:
+        """Give the errors of poses (n, 3) over the last samples: (n, 2)."""
+        return _core.final_errors(self.scenario, self.controller, poses, self.samples, threads)
+
+
+def _on_engine(final: _FinalErrors, poses: Array, engine: Engine) -> Array:
+    errors = np.empty((len(poses), 2))
+    with engine, Work(engine, final, "scenario", "poses", first=_FIRST_BLOCK) as work:
+        for block in work.blocks(len(poses), lambda first, size: poses[first : first + size]):
+            errors[block.first : block.first + block.size] = block.answer
+    return errors
+
+
 def basin(
     scenario: Scenario | None = None,
     controller: Controller | None = None,
@@ -101,7 +121,7 @@ def basin(
     tolerance: float = 0.3,
     heading_tolerance: float | None = None,
     last: float = 10.0,
-    workers: int | None = None,
+    workers: Any = None,
 ) -> Basin:
     """Simulate the scenario from a grid of initial poses, and see which end on the path.
 
@@ -123,7 +143,9 @@ def basin(
     last
         how long the last samples are [s], (0, the scenario's duration]
     workers
-        threads, [1, 64]; None: one a processor. The result does not depend on it.
+        threads; None or -1: one a processor; or an Executor as of concurrent.futures, a
+        dask.distributed.Client or a function like map, whose workers take poses. The result is the
+        same with each.
 
     Returns
     -------
@@ -134,6 +156,8 @@ def basin(
     ------
     ValueError
         If an argument is out of range.
+    EngineError
+        The workers keep dying, or were closed meanwhile.
 
     Examples
     --------
@@ -153,13 +177,13 @@ def basin(
     if heading_tolerance is not None:
         _check("heading_tolerance", heading_tolerance, 0, 1e6, "rad")
     _check("last", last, 0, float(path.t[-1]), "s")
-    own = min(os.cpu_count() or 1, _MOST_WORKERS)
-    threads = whole_number("workers", own if workers is None else workers, 1, _MOST_WORKERS)
+    crew = read_workers(-1 if workers is None else workers)
 
     columns, rows = np.meshgrid(x_axis, y_axis)
     poses = np.column_stack([columns.ravel(), rows.ravel(), np.full(columns.size, heading)])
     samples = max(1, round(last / path.dt))
-    errors = _core.final_errors(scenario, controller, poses, samples, threads)
+    final = _FinalErrors(scenario, controller, samples)
+    errors = final(poses, crew) if isinstance(crew, int) else _on_engine(final, poses, crew)
     position, turn = (errors[:, i].reshape(columns.shape) for i in (0, 1))
     converged = position <= tolerance
     if heading_tolerance is not None:

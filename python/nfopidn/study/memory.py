@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from nfopidn._core import Controller, simulate
+from nfopidn._core import Controller, Scenario, simulate
+from nfopidn.engines import Engine, Threads, Work
 from nfopidn.plot import style
 from nfopidn.study.cases import MEMORIES, Cases, tuned
 from nfopidn.study.files import Folder
@@ -33,16 +35,38 @@ def _published_costs(cases: Cases) -> Array:
     return np.array([run.cost for run in runs])
 
 
-def _searches(cases: Cases, seeds: int) -> Array:
-    """Return cost, alpha and sigma of each search, (8, seeds, 3)."""
-    table = np.empty((len(MEMORIES), seeds, len(_VALUES)))
-    for row, memory in zip(table, MEMORIES, strict=True):
-        for seed in range(1, seeds + 1):
-            found = tuned(cases.scenario, {"memory": memory}, seed)
+class _Search:
+    """A search of each memory and seed; what an engine's workers are given."""
+
+    def __init__(self, scenario: Scenario, seeds: int) -> None:
+        self.scenario = scenario
+        self.which = [(memory, seed) for memory in MEMORIES for seed in range(1, seeds + 1)]
+
+    def __call__(self, span: tuple[int, int]) -> Array:
+        """Return cost, alpha and sigma of the searches of (first, count), (count, 3)."""
+        first, count = span
+        rows = []
+        for memory, seed in self.which[first : first + count]:
+            found = tuned(self.scenario, {"memory": memory}, seed)
             values = dict(zip(found.parameters, found.x, strict=True))
-            row[seed - 1] = found.fun, values["alpha"], values["sigma"]
-            cases.report(f"tuned anew, M = {memory}")
-    return table
+            rows.append((found.fun, values["alpha"], values["sigma"]))
+        return np.array(rows)
+
+
+def _searches(cases: Cases, seeds: int, workers: int | Engine) -> Array:
+    """Return cost, alpha and sigma of each search, (8, seeds, 3)."""
+    search = _Search(cases.scenario, seeds)
+    table = np.empty((len(search.which), len(_VALUES)))
+    with (
+        Threads(workers) if isinstance(workers, int) else workers as engine,
+        Work(engine, search, "the searches", "searches") as work,
+        closing(work.blocks(len(table), lambda first, size: (first, size))) as blocks,
+    ):
+        for block in blocks:
+            table[block.first : block.first + block.size] = block.answer
+            for memory, _ in search.which[block.first : block.first + block.size]:
+                cases.report(f"tuned anew, M = {memory}")
+    return table.reshape(len(MEMORIES), seeds, len(_VALUES))
 
 
 def _summary(table: Array) -> dict[str, Array]:
@@ -154,10 +178,10 @@ def _order_figure(table: Array, summary: dict[str, Array]) -> Figure:
     return figure
 
 
-def memory_study(cases: Cases, folder: Folder, seeds: int) -> None:
+def memory_study(cases: Cases, folder: Folder, seeds: int, workers: int | Engine = 1) -> None:
     """Draw and write the cost and the orders against the memory, of fixed and of tuned gains."""
     published = _published_costs(cases)
-    table = _searches(cases, seeds)
+    table = _searches(cases, seeds, workers)
     summary = _summary(table)
     _write(folder, published, table, summary)
     title = "Fig. 12: cost against memory, published gains and tuned anew"

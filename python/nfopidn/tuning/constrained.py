@@ -67,7 +67,7 @@ class Ordered:
         self._space = search.space if isinstance(search, ControllerSearch) else None
         self._costs: _core.CostFunction | None = None
         if isinstance(search, ControllerSearch):
-            self._costs = _core.CostFunction(plan.scenarios, search.space, *plan.mean, plan.workers)
+            self._costs = _core.CostFunction(plan.scenarios, search.space, *plan.mean, plan.threads)
 
     def points(self, unit: Array) -> Array:
         """Give points of the unit box as a search has them: (n, p)."""
@@ -83,7 +83,7 @@ class Ordered:
         if self._costs is not None:
             return self._costs.costs(points)
         rivals = [self.search.controller(x) for x in points]
-        figures = _core.measure_runs(self.plan.scenarios, rivals, self.plan.workers, warns=False)
+        figures = _core.measure_runs(self.plan.scenarios, rivals, self.plan.threads, warns=False)
         share, caps = self.plan.mean
         every = np.ascontiguousarray(figures[:, :, _core.FIGURES.index("cost")])
         return _core.family_mean(every, share, caps)
@@ -114,7 +114,7 @@ def search_constrained(
     given: list[Scenario],
 ) -> TuneResult:
     """Search in two stages; tune() has the arguments and the rule."""
-    judge = Judge(limits, given, plan.scenarios, plan.workers)
+    judge = Judge(limits, given, plan.scenarios, plan.threads)
     first = replace(
         settings,
         maxfev=max(1, int(FIRST_SHARE * settings.maxfev)),

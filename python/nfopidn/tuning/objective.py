@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 
 from nfopidn import _core
 from nfopidn._core import Controller, Scenario
-from nfopidn.arguments import is_number, real_numbers, shown, whole_number
+from nfopidn.arguments import is_number, real_numbers, shown
+from nfopidn.engines import read_threads
 from nfopidn.families.family import Family
-from nfopidn.search.optimise import MAXIMUM_WORKERS, Array
-from nfopidn.tuning.parameters import ControllerSearch, Mean, make_search
+from nfopidn.search.optimise import Array
+from nfopidn.tuning.engine_costs import core_costs
+from nfopidn.tuning.parameters import ControllerSearch, make_search
 from nfopidn.tuning.result import scenario_list
 
 
@@ -46,14 +48,15 @@ class Objective:
         search = make_search(structure, bounds, frozen, tied, scenarios)
         if not isinstance(search, ControllerSearch):
             raise ValueError(f"structure is {structure!r}, a rival; must be one of a Controller")
-        check_share(worst_share, workers)
+        threads = read_threads(workers)
+        check_share(worst_share)
         self._search = search
         #: Names of the free parameters, p of them.
         self.parameters = search.names
         #: (p, 2): low and high of each.
         self.bounds = np.column_stack([search.low, search.high])
         mean = (float(worst_share), cost_caps(cost_cap, scenarios))
-        self._function = cost_function(scenarios, search, mean, workers)
+        self._function = core_costs(scenarios, search, mean, threads)
         # Copies: what the caller makes of its own afterwards is not this objective's.
         self._arguments: dict[str, Any] = {
             "scenario": list(scenarios),
@@ -125,16 +128,8 @@ def _own(given: Any) -> Any:
     return copy.deepcopy(dict(given)) if isinstance(given, Mapping) else given
 
 
-def cost_function(
-    scenarios: list[Scenario], search: ControllerSearch, mean: Mean, workers: int
-) -> _core.CostFunction:
-    """Make the core's cost function of the free parameters over scenarios."""
-    return _core.CostFunction(scenarios, search.space, *mean, int(workers))
-
-
-def check_share(worst_share: float, workers: int) -> None:
-    """Refuse a worst share or a number of workers that is out of range."""
-    whole_number("workers", workers, 1, MAXIMUM_WORKERS)
+def check_share(worst_share: float) -> None:
+    """Refuse a worst share that is out of range."""
     if not is_number(worst_share) or not 0 <= worst_share <= 1:
         raise ValueError(f"worst_share is {worst_share}; must be in [0, 1]")
 

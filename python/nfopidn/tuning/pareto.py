@@ -188,7 +188,7 @@ class FrontSearch:
         self.plan = plan
         self.settings = settings
         self.population = population
-        self.measured = Measured(plan.scenarios, plan.search, names, plan.mean, plan.workers)
+        self.measured = Measured(plan.scenarios, plan.search, names, plan.mean, plan.threads)
         self.front = Front(moocore, (len(plan.search.names), len(names)))
         self.nfev = 0
         self.rows: list[tuple[int, Array]] = []  # evaluations and front, a generation each

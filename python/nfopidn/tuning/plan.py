@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 
 from nfopidn import _core
 from nfopidn._core import Controller, Rival, Scenario
+from nfopidn.engines import Engine, processors
 from nfopidn.search.optimise import (
     METHODS,
     Callback,
@@ -20,6 +23,7 @@ from nfopidn.search.optimise import (
     problem_in,
     run,
 )
+from nfopidn.tuning.engine_costs import CandidateCosts, on_engine
 from nfopidn.tuning.parameters import ControllerSearch, Mean, RivalSearch, Search, Structure
 from nfopidn.tuning.result import TuneResult
 
@@ -40,7 +44,7 @@ class Plan:
     gains: dict[str, Search]  # at most one, by its name
     alternatives: dict[str, Search]  # by their names; the last one has none
     mean: Mean = (1.0, [])
-    workers: int = 1
+    workers: int | Engine = 1
     #: The alternative that run() has found the best.
     chosen: Search | None = None
 
@@ -109,9 +113,13 @@ class Plan:
         """Search, in the core."""
         search = self.search
         request = settings.request(search.low, search.high, {})
-        reply, raised = run(
-            lambda request: self._run_core(settings, request), request, settings, callback, "tune"
-        )
+        with ExitStack() as stack:
+            if isinstance(self.workers, Engine):
+                engine = stack.enter_context(self.workers)
+                request["engine"] = on_engine(engine, self._costs, stack)
+                request["engine_workers"] = engine.count()
+            search_with = partial(self._run_core, settings)
+            reply, raised = run(search_with, request, settings, callback, "tune")
         if reply["nfev"] == 0:
             raise raised or nothing_found(reply)
         stage = list(self.alternatives.values())[reply.pop("alternative")]
@@ -128,6 +136,18 @@ class Plan:
         finish(result, reply, raised, (search.low, search.high))
         return result
 
+    @property
+    def threads(self) -> int:
+        """Of this process: gradients are computed here, whoever gives the costs."""
+        return self.workers if isinstance(self.workers, int) else processors()
+
+    def _costs(self, name: str) -> CandidateCosts:
+        """Give the costs of a stage as an engine's workers are given them."""
+        search = self.search
+        if isinstance(search, ControllerSearch):
+            search = (self.gains | self.alternatives)[name]
+        return CandidateCosts(self.scenarios, search, self.mean)
+
     def _run_core(self, settings: Settings, request: dict[str, Any]) -> dict[str, Any]:
         search = self.search
         start = None if self.start is None else search.start(self.start)
@@ -135,7 +155,7 @@ class Plan:
             request.update(problem=self._problem("", settings), start=start)
             reply = _core.search_rival(
                 *(self.scenarios, search.base, search.source, search.fixed),
-                *(*self.mean, self.workers, request),
+                *(*self.mean, self.threads, request),
             )
             return reply | {"alternative": 0}
         described = {
@@ -149,7 +169,7 @@ class Plan:
             [described[name] for name in self.alternatives],
             np.zeros(0) if start is None else start,
             *self.mean,
-            self.workers,
+            self.threads,
             request,
         )
 

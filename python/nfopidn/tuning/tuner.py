@@ -9,6 +9,8 @@ from typing import Any, overload
 from numpy.typing import ArrayLike
 
 from nfopidn._core import Controller, Rival, Scenario, simulate
+from nfopidn.arguments import shown
+from nfopidn.engines import read_workers
 from nfopidn.families.family import Family
 from nfopidn.robustness.reference_limits import warn_of_reference_torques
 from nfopidn.search.optimise import Callback, check_settings, deny_success, returned
@@ -43,7 +45,7 @@ def tune(  # type: ignore[misc]  # the overloads leave the other arguments to th
     maxtime: float | None = None,
     stopval: float | None = None,
     callback: Callback | None = None,
-    workers: int = 1,
+    workers: Any = 1,
     checkpoint: str | PathLike[str] | None = None,
     progress: bool = False,
     frozen: Mapping[str, float] | None = None,
@@ -81,7 +83,9 @@ def tune(  # type: ignore[misc]  # the overloads leave the other arguments to th
         As for bfoa(). A gradient counts as 1 + p evaluations. With `rng=None` a seed is drawn, and
         `TuneResult.seed` records it; the commands draw none, they use 0.
     workers
-        Threads. The result does not depend on their number.
+        Threads, -1 for as many as there are processors; or an Executor as of concurrent.futures, a
+        dask.distributed.Client or a function like map, whose workers give the candidates' costs.
+        The result is the same with each; docs/scaling.md tells when which is of use.
     frozen
         Parameters that keep a value, by name.
     tied
@@ -143,6 +147,9 @@ def tune(  # type: ignore[misc]  # the overloads leave the other arguments to th
         Names the argument, its value and what is allowed.
     ImportError
         `objectives` without pymoo.
+    EngineError
+        The workers keep dying, or were closed meanwhile; its attribute `best`
+        is the result so far, and a checkpoint has the same.
 
     Warns
     -----
@@ -167,9 +174,15 @@ def tune(  # type: ignore[misc]  # the overloads leave the other arguments to th
             *(method, options, rng, maxfev, maxtime, stopval, checkpoint, progress, callback),
             stages=plan.suffixes(),
         )
-        check_share(worst_share, workers)
+        crew = read_workers(workers)
+        check_share(worst_share)
         plan.mean = (float(worst_share), cost_caps(cap, scenarios))
-        plan.workers = int(workers)
+        plan.workers = crew
+        if not isinstance(crew, int) and not (objectives is None and constraints is None):
+            raise ValueError(
+                f"workers is {shown(workers)}; with objectives or constraints must be a number of "
+                "threads, as those are searched for in this process"
+            )
         plan.check_checkpoints(settings)
         plan.check_start()
         warn_of_reference_torques("tune", given, above=3)

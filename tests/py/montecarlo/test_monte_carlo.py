@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from nfopidn import Controller, Family, Rival, Robot, Scenario, monte_carlo, simulate
 from nfopidn.montecarlo import Choice, LogNormal, Normal, Uniform, runs, sobol_indices
+from nfopidn.montecarlo.draws import Draws
 from pyarrow import parquet
 from scipy import stats
 
@@ -422,7 +423,7 @@ MASS = {"mass": Normal(11.5, 0.5)}
         ({"rng": -1}, "rng is -1"),
         ({"rng": 2**53}, "rng is 9007199254740992"),
         ({"workers": 0}, "workers is 0"),
-        ({"workers": "all"}, "workers is 'all'; must be a number of threads"),
+        ({"workers": "all"}, "workers is 'all'; must be a whole number"),
         ({"method": "sobl"}, r"method is 'sobl' \(did you mean 'sobol'\?\)"),
         ({"method": "sobol", "n": 100, "distributions": MASS}, "n is 100; must be a power of 2"),
         ({"method": "sobol", "n": 64}, "distributions is empty"),
@@ -528,3 +529,31 @@ def test_sensitivity_needs_draws():
         monte_carlo(SCENARIO, CONTROLLER, 3, rng=1).sensitivity()
     with pytest.raises(ValueError, match="must be a power of 2"):
         sobol_indices(CALM, CONTROLLER, 100, distributions=MASS)
+
+
+def test_sobol_points_from_anywhere_are_those_of_the_whole_sequence():
+    """SciPy's own way to skip points fails where they have more than 32 bits."""
+    draws = Draws(
+        {"mass": Normal(11.5, 0.5), "inertia": Normal(0.6, 0.05), "start_x": Uniform(0, 1)},
+        **{"n": 512, "seed": 4, "method": "sobol", "covariance": None},
+    )
+    engine = stats.qmc.Sobol(3, bits=53, rng=np.random.default_rng(4))
+    shares = engine.random(512)
+    whole = np.column_stack(
+        [
+            stats.norm(11.5, 0.5).ppf(shares[:, 0]),
+            stats.norm(0.6, 0.05).ppf(shares[:, 1]),
+            shares[:, 2],
+        ]
+    )
+    for first, count in ((0, 512), (0, 3), (1, 1), (2, 5), (3, 64), (255, 3), (256, 256), (511, 1)):
+        own = draws.values(first, count)
+        np.testing.assert_allclose(own, whole[first : first + count], rtol=1e-12)
+        assert (own == draws.values(0, 512)[first : first + count]).all()
+
+
+def test_sobol_runs_go_beyond_a_block(monkeypatch):
+    request = {"rng": 5, "distributions": ROBOT, "method": "sobol"}
+    one = monte_carlo(SCENARIO, CONTROLLER, 256, **request)
+    monkeypatch.setattr(runs, "BLOCK", 100)
+    assert (monte_carlo(SCENARIO, CONTROLLER, 256, **request).costs == one.costs).all()

@@ -34,6 +34,7 @@ MODULES = [
     "mujoco",
     "trajectories",
     "formats",
+    "engines",
     "fractional",
     "stability",
     "families",

@@ -18,7 +18,7 @@ import nominal
 import numpy as np
 import pytest
 from nfopidn import Forager, OptimizeResult, _core, bfoa
-from nfopidn.search import workers as _workers
+from nfopidn.engines import processes as _workers
 from nfopidn.search.optimise import MESSAGES
 from numpy.testing import assert_allclose, assert_array_equal
 from refusal import refused

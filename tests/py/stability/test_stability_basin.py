@@ -88,8 +88,8 @@ def test_arguments_out_of_range_are_refused():
         stability.basin(x=["a"])
     with refused("tolerance is x", "in (0, 1e+06] m"):
         stability.basin(tolerance="x")
-    for workers in (0, 65, 1.5):
-        with refused(f"workers is {workers}", "in [1, 64]"):
+    for workers in (0, 1025, 1.5):
+        with refused(f"workers is {workers}", "in [1, 1024]"):
             stability.basin(workers=workers)
 
 

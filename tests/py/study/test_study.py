@@ -321,11 +321,15 @@ def test_the_command_hands_its_options_on(command, monkeypatch, tmp_path):
         return [tmp_path / "one"]
 
     monkeypatch.setattr(reproduction, "reproduce", instead)
-    assert command("-o", "docs", "--seeds", "3") == (0, "1 files written: docs\n", "")
+    assert command("-o", "docs", "--seeds", "3", "--workers", "-1") == (
+        0,
+        "1 files written: docs\n",
+        "",
+    )
     assert command("--quiet") == (0, "", "")
     assert asked == [
-        ("docs", {"seeds": 3, "progress": False}),
-        ("study", {"seeds": 25, "progress": False}),
+        ("docs", {"seeds": 3, "workers": -1, "progress": False}),
+        ("study", {"seeds": 25, "workers": 1, "progress": False}),
     ]
 
 

@@ -254,3 +254,11 @@ def test_constraints_that_are_none_are_refused(constraints, text):
 def test_a_checkpoint_does_not_fit(tmp_path):
     with pytest.raises(ValueError, match="checkpoint must be None with constraints"):
         tuned({"energy": (None, 1.0)}, checkpoint=tmp_path / "search")
+
+
+@pytest.mark.parametrize(
+    "asked", [{"objectives": ("cost", "position_rms")}, {"constraints": {"cost": (None, 1)}}]
+)
+def test_engines_are_for_a_plain_search(asked):
+    with pytest.raises(ValueError, match=r"workers is .*map.*; with objectives or"):
+        nfopidn.tune(robustness=None, rng=0, workers=map, **asked)
