@@ -404,8 +404,8 @@ void bind_trajectory(py::module_& module) {
     cls.def_static(
         name,
         [name](const py::args& positional, const py::kwargs& keywords) {
-          const py::object module = py::module_::import("nfopidn.trajectories");
-          return module.attr(name)(*positional, **keywords);
+          const py::object trajectories = py::module_::import("nfopidn.trajectories");
+          return trajectories.attr(name)(*positional, **keywords);
         },
         (name + text).c_str());
   };
