@@ -163,7 +163,7 @@ def read_choreo(path: str | os.PathLike[str]) -> Log:
     """Return the states of a Choreo trajectory (.traj) of a differential drive.
 
     v is the mean of the sides' speeds vl and vr, signed along the heading, and omega the file's
-    own. `alpha` is not used: ChoreoLib documents it as an angular acceleration, which it is reported
+    own. `alpha` is not used: ChoreoLib documents it as an angular acceleration, which it is said
     not to be in files of differential drives. Nor are al, ar, fl, fr.
 
     Raises
