@@ -294,10 +294,10 @@ void bind_tuning(py::module_& module) {
            py::arg("caps"), py::arg("threads"))
       .def_static(
           "of_rival",
-          [](std::vector<Scenario> scenarios, const rivals::RivalDesign& rival,
-             const std::vector<int>& source, const std::vector<double>& fixed, int dimension,
-             double worst_share, const std::vector<double>& caps, int threads) {
-            return std::make_unique<PyObjective>(std::move(scenarios), rival, source, fixed,
+          [](std::vector<Scenario> scenarios, const PyRival& rival, const std::vector<int>& source,
+             const std::vector<double>& fixed, int dimension, double worst_share,
+             const std::vector<double>& caps, int threads) {
+            return std::make_unique<PyObjective>(std::move(scenarios), rival.design, source, fixed,
                                                  dimension, worst_share, caps, threads);
           },
           Computes(),

@@ -120,7 +120,7 @@ class Plan:
                 request["engine_workers"] = engine.count()
             search_with = partial(self._run_core, settings)
             reply, raised = run(search_with, request, settings, callback, "tune")
-        if reply["nfev"] == 0:
+        if reply["nfev"] == 0 or len(reply["x"]) == 0:  # there is no best so far
             raise raised or nothing_found(reply)
         stage = list(self.alternatives.values())[reply.pop("alternative")]
         self.chosen = stage
