@@ -19,7 +19,7 @@ std::vector<RecordedSample> samples_of(const RunTable& table) {
 
 TEST(Recorded, ASimulatedRunScoresAsItDid) {
   const Scenario scenario = Scenario::published();
-  const SimulationResult run = simulate(scenario, {});
+  const SimulationResult run = simulate(scenario, ControllerDesign{});
   const SimulationResult scored = score(scenario, samples_of(run.table));
   EXPECT_EQ(scored.metrics.cost, run.metrics.cost);
   EXPECT_EQ(scored.metrics.energy, run.metrics.energy);
@@ -30,7 +30,7 @@ TEST(Recorded, ASimulatedRunScoresAsItDid) {
 // eq. 41: each sample that is missing costs the divergence distance squared.
 TEST(Recorded, MissingSamplesCountAsLost) {
   const Scenario scenario = Scenario::published();
-  const SimulationResult run = simulate(scenario, {});
+  const SimulationResult run = simulate(scenario, ControllerDesign{});
   std::vector<RecordedSample> samples = samples_of(run.table);
   samples[700].state.x += 1000;
   const SimulationResult far = score(scenario, samples);
