@@ -178,7 +178,7 @@ class Stepper {
     const V sign = M::select(push > 0.0, V(-1.0), V(1.0));
     const V way = sign * (1.0 / friction_.wheel_radius);
     const Number turn = friction_.half_track * side;
-    const V held = other_gain * (friction_.other * friction_.viscous / friction_.own);
+    const V held = other_gain * (friction_.pivot_coupling() / friction_.own);
     const V bar = M::select(held < 0.0, V(friction_.coulomb) + push, V(friction_.coulomb) - push);
     return {M::select(stuck, bar, wheel * sign),
             M::select(stuck, Travel<V>::magnitude(held) * -1.0, piece.motion.acceleration * way),
@@ -187,9 +187,7 @@ class Stepper {
 
   // Lanes with a wheel that sticks turn about it, and their speeds relax at one rate.
   NFOPIDN_INLINE void pivot(const Sides& stuck, exact::ExponentialMotion<V, Rate>& motion) const {
-    const Number& a = friction_.own;
-    const Number& b = friction_.other;
-    const V rate(friction_.viscous * (a - b * b / a));
+    const V rate(friction_.pivot_rate());
     motion.rate = M::select(stuck.left | stuck.right, rate, motion.rate);
     motion.turn_rate = M::select(stuck.left | stuck.right, rate, motion.turn_rate);
   }

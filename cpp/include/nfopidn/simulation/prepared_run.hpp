@@ -34,6 +34,9 @@ struct PreparedRun {
     for (const auto& sample : reference) headings.push_back(math<double>::heading(sample.theta));
     return headings;
   }
+  // Whether the lanes have all of its pose and motion.
+  bool fits_lanes() const;
+
   // How this thread's present work is interrupted.
   Poll poll() const { return Interruption::poll(scenario->substeps); }
   const Scenario* scenario;
@@ -62,13 +65,15 @@ inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen:
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
 }
 
+inline Friction<double> friction_of(const Scenario& scenario) {
+  return {scenario.viscous_friction, scenario.coulomb_friction, scenario.viscous_scrub,
+          scenario.coulomb_scrub};
+}
+
 inline RobotDrive<double> robot_drive(const Scenario& scenario) {
-  return {scenario.robot,
-          {scenario.viscous_friction, scenario.coulomb_friction},
-          scenario.motor ? &*scenario.motor : nullptr,
-          scenario.integrator,
-          scenario.trajectory.dt(),
-          scenario.substeps};
+  return {
+      scenario.robot,      friction_of(scenario),    scenario.motor ? &*scenario.motor : nullptr,
+      scenario.integrator, scenario.trajectory.dt(), scenario.substeps};
 }
 
 inline std::optional<Encoders<double>> encoders_of(const Scenario& scenario) {
@@ -117,6 +122,14 @@ inline void draw_noise(const Scenario& scenario, std::vector<Measurement<double>
 // The scenario must outlive what is prepared from it, and its trajectory must not be empty.
 PreparedRun prepare(const Scenario&& scenario) = delete;
 NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario);
+
+// Lanes have a measured pose, and the accurate integrator without Coulomb scrub.
+inline bool fits_lanes(const Scenario& scenario) {
+  return scenario.encoder_counts == 0 &&
+         !(scenario.integrator == Integrator::exact && scenario.coulomb_scrub > 0);
+}
+
+inline bool PreparedRun::fits_lanes() const { return nfopidn::fits_lanes(*scenario); }
 
 inline LoopInputs<double> PreparedRun::inputs() const {
   LoopInputs<double> in;

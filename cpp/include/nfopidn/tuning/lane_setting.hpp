@@ -20,10 +20,11 @@ inline std::vector<double> lane_law_of(const ControllerDesign& design) {
   return numbers;
 }
 
-// Whether lanes can run it: memory up to 5, a measured pose, no disturbance by the sample.
+// Whether lanes can run it: memory up to 5, a measured pose, no disturbance by the sample, and no
+// Coulomb scrub under the accurate integrator.
 inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
   if (design.memory.is_long() || design.memory + 2 > small_capacity) return false;
-  return scenario.disturbance.size() == 1 && scenario.encoder_counts == 0;
+  return scenario.disturbance.size() == 1 && fits_lanes(scenario);
 }
 
 // What runs in lanes have in common: the path, and a controller.
@@ -44,12 +45,8 @@ class LaneSetting {
   const PreparedRun& run() const { return *run_; }
 
   static LaneRun own(const Scenario& s) {
-    return {s.robot,
-            {s.viscous_friction, s.coulomb_friction},
-            {s.disturbance[0][0], s.disturbance[0][1]},
-            s.pose_noise[0],
-            s.pose_noise[1],
-            detail::start_state(s),
+    return {s.robot,         detail::friction_of(s), {s.disturbance[0][0], s.disturbance[0][1]},
+            s.pose_noise[0], s.pose_noise[1],        detail::start_state(s),
             s.seed};
   }
 
@@ -94,7 +91,7 @@ struct WaitingRun {
   Result* result;
   LaneRun run;
 
-  bool is_braked() const { return run.friction.viscous > 0; }
+  bool is_braked() const { return run.friction.is_viscous(); }
 };
 
 // Lanes have one delay, and all or none of them viscous friction: calls use(first, runs) for the
