@@ -92,6 +92,11 @@ TEST(Batch, AgreesInEveryScenario) {
   scenario.viscous_friction = 0.01;
   scenario.coulomb_friction = 0.02;
   expect_equal_costs(scenario, {}, 11, 0.1, "noise, delay, friction");
+  scenario.viscous_scrub = 0.05;
+  scenario.coulomb_scrub = 0.03;
+  expect_equal_costs(scenario, {}, 11, 0.1, "friction and scrub");
+  scenario.viscous_friction = scenario.coulomb_friction = scenario.viscous_scrub = 0;
+  expect_equal_costs(scenario, {}, 11, 0.1, "scrub");
 }
 
 // The published gains in incremental form leave the path: the cost is that of the missing samples.
@@ -144,6 +149,25 @@ TEST(Batch, AgreesWithBothKindsOfFrictionWhereTheMotionIsExact) {
   scenario.viscous_friction = 0.01;
   scenario.coulomb_friction = 0.02;
   expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, both frictions");
+  scenario.viscous_scrub = 0.05;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, both frictions, scrub");
+  scenario.viscous_friction = 0;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, Coulomb friction, scrub");
+  scenario.coulomb_friction = 0;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, viscous scrub");
+}
+
+// One by one: lanes have no Coulomb scrub where the motion is exact.
+TEST(Batch, LeavesTheLanesForCoulombScrubWhereTheMotionIsExact) {
+  Scenario scenario = Scenario::published();
+  scenario.coulomb_scrub = 0.03;
+  EXPECT_TRUE(prepare(scenario).fits_lanes());
+  EXPECT_TRUE(runs_in_lanes(scenario, ControllerDesign()));
+  scenario.integrator = Integrator::exact;
+  EXPECT_FALSE(prepare(scenario).fits_lanes());
+  EXPECT_FALSE(runs_in_lanes(scenario, ControllerDesign()));
+  scenario.coulomb_friction = 0.02;
+  expect_equal_costs(scenario, gentle_settings(), 5, 0, "exact, Coulomb scrub");
 }
 
 void expect_gradient(const Scenario& scenario, const ControllerSettings<double>& structure,
@@ -188,6 +212,10 @@ TEST(Gradient, IsThatOfDifferences) {
   expect_gradient(scenario, gentle_settings(), "exact integrator with friction ");
   scenario.viscous_friction = 0.01;
   expect_gradient(scenario, gentle_settings(), "exact integrator with both ");
+  scenario.viscous_scrub = 0.05;
+  expect_gradient(scenario, gentle_settings(), "exact integrator with viscous scrub ");
+  scenario.coulomb_scrub = 0.01;
+  expect_gradient(scenario, gentle_settings(), "exact integrator with scrub ");
 }
 
 // With a torque limit that is met. The rule hold jumps there, and has no slope.

@@ -60,6 +60,7 @@ struct Case {
   const char* what;
   double viscous, coulomb;
   double speed, turning, torque;
+  double scrub = 0;  // viscous
 };
 
 constexpr Case cases[] = {
@@ -75,6 +76,10 @@ constexpr Case cases[] = {
     {"much of both", 0.1, 0.6, 0.1, 0.5, 0.7},
     {"both, spinning", 0.02, 0.2, 1, 40, 3},
     {"relaxing at once", 4, 0.3, 0.5, 2, 2},
+    {"scrub", 0, 0, 0.5, 2, 0.5, 0.1},
+    {"scrub and friction", 0, 0.1, 0.5, 2, 0.3, 0.1},
+    {"much scrub", 0, 0.6, 0.1, 0.5, 0.7, 2},
+    {"scrub and both frictions", 0.02, 0.1, 0.5, 2, 0.3, 0.2},
 };
 
 template <class Check>
@@ -83,8 +88,9 @@ void for_each_step(const Check& check) {
   for (const Case& one : cases) {
     for (int i = 0; i < 600; ++i) {
       const Robot<double> robot = some_robots()[static_cast<std::size_t>(i % 3)];
-      const DifferentialDrive<double> plant(robot, {one.viscous, one.coulomb}, Integrator::exact,
-                                            i % 5 == 0 ? 0.02 : 0.2, i % 7 == 0 ? 3 : 1);
+      const DifferentialDrive<double> plant(robot, {one.viscous, one.coulomb, one.scrub},
+                                            Integrator::exact, i % 5 == 0 ? 0.02 : 0.2,
+                                            i % 7 == 0 ? 3 : 1);
       const Disturbance<double> outside = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
       check(one, plant, outside, random_step(draw, robot, one.speed, one.turning, one.torque),
             draw);
@@ -133,7 +139,7 @@ struct OwnRobots {
       robot[lane].mass *= draw.between(0.8, 1.2);
       // Some lanes slide freely; with viscous friction are all, or none.
       const double share = draw.between(0, 1) < 0.3 ? 0 : draw.between(0.5, 1);
-      friction[lane] = {one.viscous * draw.between(0.5, 1), one.coulomb * share};
+      friction[lane] = {one.viscous * draw.between(0.5, 1), one.coulomb * share, one.scrub * share};
       outside[lane] = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
     }
   }
@@ -149,6 +155,8 @@ struct OwnRobots {
       robots.wheel_radius.set(lane, robot[lane].wheel_radius);
       frictions.viscous.set(lane, friction[lane].viscous);
       frictions.coulomb.set(lane, friction[lane].coulomb);
+      frictions.scrub_viscous.set(lane, friction[lane].scrub_viscous);
+      frictions.scrub_coulomb.set(lane, friction[lane].scrub_coulomb);
       disturbances.force.set(lane, outside[lane].force);
       disturbances.moment.set(lane, outside[lane].moment);
     }

@@ -42,6 +42,8 @@ SETTINGS = {
     "--disturbance": ("0.5,-0.1", "N, N m", "0.0,0.0", []),
     "--viscous-friction": ("0.01", "N m s/rad", "0.0", []),
     "--coulomb-friction": ("0.05", "N m", "0.0", []),
+    "--viscous-scrub": ("0.05", "N m s/rad", "0.0", []),
+    "--coulomb-scrub": ("0.02", "N m", "0.0", []),
     "--pose-noise": ("0.01,0", "m, rad", "0.0,0.0", []),
     "--delay": ("1", "samples", "0", []),
     "--divergence-distance": ("3", "m", "10.0", ["--frame", "world"]),
