@@ -139,12 +139,14 @@ struct OwnRobots {
       robot[lane].mass *= draw.between(0.8, 1.2);
       // Some lanes slide freely; with viscous friction are all, or none.
       const double share = draw.between(0, 1) < 0.3 ? 0 : draw.between(0.5, 1);
-      friction[lane] = {one.viscous * draw.between(0.5, 1), one.coulomb * share, one.scrub * share};
+      const double part = draw.between(0.5, 1);
+      friction[lane] = {one.viscous * part, one.coulomb * share, one.scrub * part};
       outside[lane] = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
     }
   }
 
-  States moved(const Step& step, double dt, int substeps) const {
+  States moved(const Step& step, double dt, int substeps,
+               Integrator integrator = Integrator::exact) const {
     Robot<Wide> robots;
     Friction<Wide> frictions;
     Disturbance<Wide> disturbances;
@@ -160,7 +162,7 @@ struct OwnRobots {
       disturbances.force.set(lane, outside[lane].force);
       disturbances.moment.set(lane, outside[lane].moment);
     }
-    const DifferentialDrive<Wide> plant(robots, frictions, Integrator::exact, dt, substeps);
+    const DifferentialDrive<Wide> plant(robots, frictions, integrator, dt, substeps);
     return moved_together(plant, disturbances, step);
   }
 };
@@ -199,6 +201,31 @@ TEST(LanesMotion, OfARobotEachIsThatOfASingleNumber) {
     }
   }
   EXPECT_GT(some_stop, 300);
+}
+
+// The Euler step has Coulomb scrub in lanes too, some of which have none.
+TEST(LanesMotion, ScrubsAsASingleNumberDoesInAnEulerStep) {
+  Draws draw(33);
+  int straight = 0;
+  for (int i = 0; i < 2000; ++i) {
+    OwnRobots own(draw, cases[5]);
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      own.friction[lane].scrub_coulomb = lane == 1 ? 0 : draw.between(0, 0.2);
+      own.friction[lane].scrub_viscous = draw.between(0, 0.1);
+    }
+    const Step step = random_step(draw, own.robot[0], 0.5, 0.2, 0.3);
+    const States together = own.moved(step, 0.2, 2, Integrator::semi_implicit_euler);
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      const DifferentialDrive<double> plant(own.robot[lane], own.friction[lane],
+                                            Integrator::semi_implicit_euler, 0.2, 2);
+      State<double> alone = step.state[lane];
+      plant.advance(alone, math<double>::heading(alone.theta), step.torque[lane],
+                    &own.outside[lane]);
+      ASSERT_LE(largest_difference(together[static_cast<std::size_t>(lane)], alone), 1e-14);
+      straight += alone.omega == 0 && alone.v != 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(straight, 300);
 }
 
 // However fast a lane spins, its step ends, and is no longer than its way.
