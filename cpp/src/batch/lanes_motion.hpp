@@ -23,6 +23,10 @@ NFOPIDN_INLINE void exact_step(const Acceleration<double>& acceleration,
                                const FrictionCoefficients<double>& friction, double span,
                                const V& linear, const V& angular, const Heading<V>& heading,
                                State<V>& state) {
+  if (friction.scrub != 0) {
+    scrubbed_step(acceleration, friction, span, linear, angular, heading, state);
+    return;
+  }
   if (friction.coulomb != 0) {
     if (friction.angular_rate == 0) {
       Stepper<V, double, false>(acceleration, friction, linear, angular).run(span, heading, state);
@@ -44,14 +48,16 @@ NFOPIDN_INLINE void exact_step(const Acceleration<double>& acceleration,
                                   exact::decay<double, double, V>(motion.turn_rate, span).phi;
 }
 
-// One vector, of a robot a lane: with viscous friction in all of its lanes, or in none.
+// One vector, of a robot a lane: with viscous friction or scrub in all of its lanes, or in none.
 template <class V>
 NFOPIDN_INLINE void exact_step(const Acceleration<V>& acceleration,
                                const FrictionCoefficients<V>& friction, double span,
                                const V& linear, const V& angular, const Heading<V>& heading,
                                State<V>& state) {
   using M = math<V>;
-  if (M::any(friction.angular_rate > 0.0)) {
+  if (M::any(friction.scrub > 0.0)) {
+    scrubbed_step(acceleration, friction, span, linear, angular, heading, state);
+  } else if (M::any(friction.angular_rate > 0.0)) {
     braked_step(acceleration, friction, span, linear, angular, heading, state);
   } else if (M::any(friction.coulomb > 0.0)) {
     Stepper<V, V, false>(acceleration, friction, linear, angular).run(span, heading, state);

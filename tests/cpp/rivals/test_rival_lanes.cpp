@@ -77,18 +77,6 @@ TEST(RivalLanes, CostWhatSingleRunsCost) {
   EXPECT_GT(compared, 250);
 }
 
-TEST(RivalLanes, AreLeftForCoulombScrubWhereTheMotionIsExact) {
-  Scenario scenario = Scenario::published();
-  scenario.coulomb_scrub = 0.02;
-  for (const RivalDesign& design : designs()) {
-    EXPECT_EQ(RivalEvaluator(scenario, design).has_lanes(), lane_law(design.law).has_value());
-  }
-  scenario.integrator = Integrator::exact;
-  for (const RivalDesign& design : designs()) {
-    EXPECT_FALSE(RivalEvaluator(scenario, design).has_lanes());
-  }
-}
-
 TEST(RivalLanes, HaveTheSameBitsOnEveryInstructionSet) {
   const Scenario scenario = scenarios()[1];
   for (const RivalDesign& design : designs()) {

@@ -157,17 +157,14 @@ TEST(Batch, AgreesWithBothKindsOfFrictionWhereTheMotionIsExact) {
   expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, viscous scrub");
 }
 
-// One by one: lanes have no Coulomb scrub where the motion is exact.
-TEST(Batch, LeavesTheLanesForCoulombScrubWhereTheMotionIsExact) {
+TEST(Batch, AgreesWithCoulombScrubWhereTheMotionIsExact) {
   Scenario scenario = Scenario::published();
-  scenario.coulomb_scrub = 0.03;
-  EXPECT_TRUE(prepare(scenario).fits_lanes());
-  EXPECT_TRUE(runs_in_lanes(scenario, ControllerDesign()));
   scenario.integrator = Integrator::exact;
-  EXPECT_FALSE(prepare(scenario).fits_lanes());
-  EXPECT_FALSE(runs_in_lanes(scenario, ControllerDesign()));
+  scenario.coulomb_scrub = 0.03;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, Coulomb scrub");
   scenario.coulomb_friction = 0.02;
-  expect_equal_costs(scenario, gentle_settings(), 5, 0, "exact, Coulomb scrub");
+  scenario.viscous_scrub = 0.05;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, Coulomb friction, scrub");
 }
 
 void expect_gradient(const Scenario& scenario, const ControllerSettings<double>& structure,

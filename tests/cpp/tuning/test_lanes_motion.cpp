@@ -60,7 +60,7 @@ struct Case {
   const char* what;
   double viscous, coulomb;
   double speed, turning, torque;
-  double scrub = 0;  // viscous
+  double scrub = 0, dry_scrub = 0;  // viscous, Coulomb
 };
 
 constexpr Case cases[] = {
@@ -80,6 +80,12 @@ constexpr Case cases[] = {
     {"scrub and friction", 0, 0.1, 0.5, 2, 0.3, 0.1},
     {"much scrub", 0, 0.6, 0.1, 0.5, 0.7, 2},
     {"scrub and both frictions", 0.02, 0.1, 0.5, 2, 0.3, 0.2},
+    {"dry scrub", 0, 0, 0.5, 0.5, 0.5, 0, 0.3},
+    {"dry scrub and friction", 0, 0.1, 0.3, 0.5, 0.3, 0, 0.2},
+    {"much dry scrub", 0, 0.3, 0.1, 0.5, 0.7, 0, 0.8},
+    {"all kinds", 0.02, 0.1, 0.3, 0.5, 0.3, 0.1, 0.2},
+    {"all kinds, relaxing at once", 4, 0.3, 0.5, 2, 2, 2, 0.5},
+    {"all kinds, spinning", 0.02, 0.2, 1, 40, 3, 0.1, 0.2},
 };
 
 template <class Check>
@@ -99,7 +105,7 @@ void for_each_step(const Check& check) {
 }
 
 TEST(LanesMotion, IsThatOfASingleNumber) {
-  int stops = 0;
+  int stops = 0, straight = 0;
   for_each_step([&](const Case& one, const DifferentialDrive<double>& plant,
                     const Disturbance<double>& outside, const Step& step, Draws&) {
     const auto together = moved_together(plant, outside, step);
@@ -109,9 +115,11 @@ TEST(LanesMotion, IsThatOfASingleNumber) {
       ASSERT_LE(largest_difference(together[static_cast<std::size_t>(lane)], alone), 1e-12)
           << one.what;
       if (one.coulomb > 0 && alone.v * step.state[lane].v < 0) ++stops;
+      if (one.dry_scrub > 0 && alone.omega == 0 && alone.v != 0) ++straight;
     }
   });
   EXPECT_GT(stops, 300);
+  EXPECT_GT(straight, 300);
 }
 
 TEST(LanesMotion, DoesNotDependOnTheNeighbours) {
@@ -140,7 +148,8 @@ struct OwnRobots {
       // Some lanes slide freely; with viscous friction are all, or none.
       const double share = draw.between(0, 1) < 0.3 ? 0 : draw.between(0.5, 1);
       const double part = draw.between(0.5, 1);
-      friction[lane] = {one.viscous * part, one.coulomb * share, one.scrub * part};
+      friction[lane] = {one.viscous * part, one.coulomb * share, one.scrub * part,
+                        one.dry_scrub * part};
       outside[lane] = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
     }
   }

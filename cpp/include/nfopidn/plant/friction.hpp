@@ -17,8 +17,11 @@ struct Friction {
   Base scrub_viscous = Base(0);  // against turning [N m s/rad]
   Base scrub_coulomb = Base(0);  // against turning [N m]
 
-  // Whether speeds relax: lanes have a way of their own where they do not.
-  constexpr bool is_viscous() const { return viscous > Base(0) || scrub_viscous > Base(0); }
+  // Whether it takes the lanes' way for speeds that relax and for scrub: that of what is neither
+  // differs from it by rounding errors.
+  constexpr bool is_braked() const {
+    return viscous > Base(0) || scrub_viscous > Base(0) || scrub_coulomb > Base(0);
+  }
 };
 
 template <class Number>

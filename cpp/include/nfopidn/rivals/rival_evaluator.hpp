@@ -114,7 +114,7 @@ NFOPIDN_HOST RivalEvaluator::RivalEvaluator(const Scenario& scenario, RivalDesig
 
 NFOPIDN_HOST void RivalEvaluator::set_instruction_set(InstructionSet set) {
   kernels_ = {};
-  if (!run_.fits_lanes()) return;
+  if (run_.encoders) return;
   const std::optional<LaneLaw> law = lane_law(design_.law);
   if (!law || (*law == LaneLaw::lqr && table_size() > most_table_entries)) return;
   kernels_ = batch_kernels(set);

@@ -34,9 +34,6 @@ struct PreparedRun {
     for (const auto& sample : reference) headings.push_back(math<double>::heading(sample.theta));
     return headings;
   }
-  // Whether the lanes have all of its pose and motion.
-  bool fits_lanes() const;
-
   // How this thread's present work is interrupted.
   Poll poll() const { return Interruption::poll(scenario->substeps); }
   const Scenario* scenario;
@@ -122,14 +119,6 @@ inline void draw_noise(const Scenario& scenario, std::vector<Measurement<double>
 // The scenario must outlive what is prepared from it, and its trajectory must not be empty.
 PreparedRun prepare(const Scenario&& scenario) = delete;
 NFOPIDN_HOST PreparedRun prepare(const Scenario& scenario);
-
-// Lanes have a measured pose, and the accurate integrator without Coulomb scrub.
-inline bool fits_lanes(const Scenario& scenario) {
-  return scenario.encoder_counts == 0 &&
-         !(scenario.integrator == Integrator::exact && scenario.coulomb_scrub > 0);
-}
-
-inline bool PreparedRun::fits_lanes() const { return nfopidn::fits_lanes(*scenario); }
 
 inline LoopInputs<double> PreparedRun::inputs() const {
   LoopInputs<double> in;

@@ -135,7 +135,7 @@ NFOPIDN_HOST BatchEvaluator::BatchEvaluator(PreparedRun run,
 }
 
 NFOPIDN_HOST void BatchEvaluator::set_instruction_set(InstructionSet set) {
-  const bool has_lanes = tap_count() <= batch_capacity && run_.fits_lanes();
+  const bool has_lanes = tap_count() <= batch_capacity && !run_.encoders;
   kernels_ = has_lanes ? batch_kernels(set) : BatchKernels{};
 }
 

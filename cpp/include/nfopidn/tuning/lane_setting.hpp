@@ -20,11 +20,10 @@ inline std::vector<double> lane_law_of(const ControllerDesign& design) {
   return numbers;
 }
 
-// Whether lanes can run it: memory up to 5, a measured pose, no disturbance by the sample, and no
-// Coulomb scrub under the accurate integrator.
+// Whether lanes can run it: memory up to 5, a measured pose, no disturbance by the sample.
 inline bool runs_in_lanes(const Scenario& scenario, const ControllerDesign& design) {
   if (design.memory.is_long() || design.memory + 2 > small_capacity) return false;
-  return scenario.disturbance.size() == 1 && fits_lanes(scenario);
+  return scenario.disturbance.size() == 1 && scenario.encoder_counts == 0;
 }
 
 // What runs in lanes have in common: the path, and a controller.
@@ -91,7 +90,7 @@ struct WaitingRun {
   Result* result;
   LaneRun run;
 
-  bool is_braked() const { return run.friction.is_viscous(); }
+  bool is_braked() const { return run.friction.is_braked(); }
 };
 
 // Lanes have one delay, and all or none of them viscous friction: calls use(first, runs) for the

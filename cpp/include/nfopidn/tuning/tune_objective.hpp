@@ -26,11 +26,11 @@ class TuneObjective : public FamilyObjective {
     for (const BatchEvaluator& one : evaluators_) steps += steps_of(one.run());
     return steps;
   }
-  // A memory, or a pose or a motion, that the lanes do not have.
+  // A memory beyond that of the lanes, or a pose by odometry, which they do not have.
   bool runs_one_by_one() const override {
     return structure_.settings.memory + 2 > batch_capacity ||
            std::any_of(evaluators_.begin(), evaluators_.end(),
-                       [](const BatchEvaluator& one) { return !one.run().fits_lanes(); });
+                       [](const BatchEvaluator& one) { return one.run().encoders.has_value(); });
   }
 
   // One list: the laws of the candidates, [candidates][law_size].
