@@ -94,9 +94,9 @@ void for_each_step(const Check& check) {
   for (const Case& one : cases) {
     for (int i = 0; i < 600; ++i) {
       const Robot<double> robot = some_robots()[static_cast<std::size_t>(i % 3)];
-      const DifferentialDrive<double> plant(robot, {one.viscous, one.coulomb, one.scrub},
-                                            Integrator::exact, i % 5 == 0 ? 0.02 : 0.2,
-                                            i % 7 == 0 ? 3 : 1);
+      const DifferentialDrive<double> plant(
+          robot, {one.viscous, one.coulomb, one.scrub, one.dry_scrub}, Integrator::exact,
+          i % 5 == 0 ? 0.02 : 0.2, i % 7 == 0 ? 3 : 1);
       const Disturbance<double> outside = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
       check(one, plant, outside, random_step(draw, robot, one.speed, one.turning, one.torque),
             draw);
@@ -210,6 +210,19 @@ TEST(LanesMotion, OfARobotEachIsThatOfASingleNumber) {
     }
   }
   EXPECT_GT(some_stop, 300);
+}
+
+// Nor does it matter to a lane without Coulomb scrub whether others have it.
+TEST(LanesMotion, OneThatDoesNotScrubMovesAsAmongItsLike) {
+  Draws draw(34);
+  for (int i = 0; i < 600; ++i) {
+    OwnRobots own(draw, cases[i % 2 == 0 ? 9 : 15]);
+    const Step step = random_step(draw, own.robot[0], 0.5, 0.5, 0.3);
+    const State<double> alike = own.moved(step, 0.2, 1)[2];
+    own.friction[1].scrub_coulomb = 0.2;
+    own.friction[3].scrub_coulomb = 0.05;
+    ASSERT_EQ(largest_difference(own.moved(step, 0.2, 1)[2], alike), 0);
+  }
 }
 
 // The Euler step has Coulomb scrub in lanes too, some of which have none.

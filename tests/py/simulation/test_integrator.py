@@ -140,7 +140,7 @@ SCRUBBING = {
         disturbance=drifting(151, (0.75, 0.15), 5),
     ),
     "alone": coasting(
-        (0.3, 0.0), coulomb_scrub=0.2, viscous_scrub=0.1, disturbance=drifting(151, (0.2, 0.15), 6)
+        (0.3, 0.0), coulomb_scrub=0.2, viscous_scrub=0.1, disturbance=drifting(151, (0.05, 0.06), 8)
     ),
     "under control": Scenario.published(
         integrator="exact", coulomb_scrub=0.2, viscous_scrub=0.1, coulomb_friction=0.05
@@ -151,8 +151,8 @@ WAYS = {
     "stops turning, then rolls straight": {(1, 1, 1), (1, 1, 0)},
     "with friction of the wheels": {(1, 1, 1), (1, 1, 0), (0, 0, 0)},
     "turns about a wheel": {(1, -1, 1), (1, 0, 1), (0, 0, 0)},
-    "is pushed past it": {(0, 0, 0), (1, 1, 0)},
-    "alone": {(1, 1, 0), (1, 1, 1), (1, 1, -1)},
+    "is pushed past it": {(0, 0, 0), (-1, 0, -1), (-1, 1, -1), (-1, -1, -1)},
+    "alone": {(1, 1, 0), (1, 1, 1), (1, 1, -1), (-1, -1, 0)},
     "under control": {(1, 1, 0), (1, 1, 1)},
 }
 
