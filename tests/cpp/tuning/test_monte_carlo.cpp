@@ -154,7 +154,7 @@ TEST(MonteCarlo, LanesHaveFrictionAndDelayEach) {
   Scenario scenario = Scenario::published();
   scenario.substeps = 2;
   expect_as_one_by_one(scenario, steady(), draw(bounds, 40), "friction and delay");
-  bounds.insert(bounds.begin() + 4, {{"viscous_scrub", {0, 0.02}}, {"coulomb_scrub", {0, 0.02}}});
+  bounds.insert(bounds.begin() + 6, {{"viscous_scrub", {0, 0.02}}, {"coulomb_scrub", {0, 0.02}}});
   expect_as_one_by_one(scenario, steady(), draw(bounds, 40), "scrub and delay");
 }
 
@@ -194,11 +194,11 @@ TEST(MonteCarlo, RunsTheExactIntegratorInLanesWithFriction) {
       bounds.end(),
       {{"viscous_friction", {0, 0.002}}, {"coulomb_friction", {0, 0.02}}, {"delay", {0, 2}}});
   expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, both frictions");
-  bounds.insert(bounds.begin() + 4, {"viscous_scrub", {0, 0.02}});
+  bounds.insert(bounds.begin() + 6, {"viscous_scrub", {0, 0.02}});
   expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, viscous scrub");
-  bounds.insert(bounds.begin() + 4, {"coulomb_scrub", {0, 0.02}});
+  bounds.insert(bounds.begin() + 7, {"coulomb_scrub", {0, 0.02}});
   expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, Coulomb scrub");
-  bounds.erase(bounds.begin() + 4, bounds.begin() + 6);
+  bounds.erase(bounds.begin() + 6, bounds.begin() + 8);
   // Some with viscous friction and some without, which meet in no lanes.
   Drawn mixed = draw(bounds, 33);
   for (std::size_t i = 0; i < mixed.values.size(); i += 2 * mixed.names.size()) {

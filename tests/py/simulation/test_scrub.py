@@ -44,7 +44,8 @@ def test_a_spinning_robot_stops_and_a_rolling_one_goes_on(integrator):
 def test_searches_have_it(integrator):
     """In lanes; a tuned cost is that of a single run."""
     scenario = Scenario.published(rng=0, integrator=integrator, **SCRUB)
-    result = nfopidn.tune(scenario, maxfev=60, rng=1, robustness=None)
+    result = nfopidn.tune(scenario, structure="tracking", maxfev=300, rng=1, robustness=None)
+    assert result.fun < 0.1
     single = nfopidn.simulate(scenario, result.controller)
     assert single.cost == pytest.approx(result.fun, rel=1e-9)
     plain = scenario.replace(viscous_scrub=0.0, coulomb_scrub=0.0)
