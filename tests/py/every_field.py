@@ -28,6 +28,8 @@ SCENARIO = Scenario(
     odometry_errors=(0.01, -0.005, 0.02),
     friction_feedforward=(0.011, 0.021),
     friction_feedforward_speed=0.3,
+    viscous_scrub=0.03,
+    coulomb_scrub=0.04,
     cost_weights=(2.0, 0.5, 1 / 3),
     noise_source="counter",
 )

@@ -126,6 +126,8 @@ def scenarios(draw):
         disturbance=draw(pairs | mild | st.lists(mild, min_size=count, max_size=count)),
         viscous_friction=draw(st.just(0.0) | logarithmic(1e-6, 1e3)),
         coulomb_friction=draw(st.just(0.0) | logarithmic(1e-6, 1e3)),
+        viscous_scrub=draw(st.just(0.0) | logarithmic(1e-6, 1e3)),
+        coulomb_scrub=draw(st.just(0.0) | logarithmic(1e-6, 1e3)),
         pose_noise=draw(st.just((0.0, 0.0)) | st.tuples(numbers(0, 1e3), numbers(0, 1))),
         delay=draw(st.integers(0, 64)),
         divergence_distance=distance,

@@ -23,8 +23,12 @@ NFOPIDN_INLINE void exact_step(const Acceleration<double>& acceleration,
                                const FrictionCoefficients<double>& friction, double span,
                                const V& linear, const V& angular, const Heading<V>& heading,
                                State<V>& state) {
+  if (friction.scrub != 0) {
+    scrubbed_step(acceleration, friction, span, linear, angular, heading, state);
+    return;
+  }
   if (friction.coulomb != 0) {
-    if (friction.viscous == 0) {
+    if (friction.angular_rate == 0) {
       Stepper<V, double, false>(acceleration, friction, linear, angular).run(span, heading, state);
     } else {
       braked_step(acceleration, friction, span, linear, angular, heading, state);
@@ -37,21 +41,23 @@ NFOPIDN_INLINE void exact_step(const Acceleration<double>& acceleration,
                             angular - state.omega * friction.angular_rate,
                             friction.linear_rate,
                             friction.angular_rate};
-  if (friction.viscous == 0) return unbraked_step(motion, span, heading, state);
+  if (friction.angular_rate == 0) return unbraked_step(motion, span, heading, state);
   move(Travel<V>::by_quadrature(motion, V(span), span), heading, state);
   state.v = state.v + motion.acceleration * exact::decay<double, double, V>(motion.rate, span).phi;
   state.omega = state.omega + motion.turn_acceleration *
                                   exact::decay<double, double, V>(motion.turn_rate, span).phi;
 }
 
-// One vector, of a robot a lane: with viscous friction in all of its lanes, or in none.
+// One vector, of a robot a lane: with viscous friction or scrub in all of its lanes, or in none.
 template <class V>
 NFOPIDN_INLINE void exact_step(const Acceleration<V>& acceleration,
                                const FrictionCoefficients<V>& friction, double span,
                                const V& linear, const V& angular, const Heading<V>& heading,
                                State<V>& state) {
   using M = math<V>;
-  if (M::any(friction.viscous > 0.0)) {
+  if (M::any(friction.scrub > 0.0)) {
+    scrubbed_step(acceleration, friction, span, linear, angular, heading, state);
+  } else if (M::any(friction.angular_rate > 0.0)) {
     braked_step(acceleration, friction, span, linear, angular, heading, state);
   } else if (M::any(friction.coulomb > 0.0)) {
     Stepper<V, V, false>(acceleration, friction, linear, angular).run(span, heading, state);

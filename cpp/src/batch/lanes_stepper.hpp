@@ -1,13 +1,14 @@
 // The exact motion of lanes under Coulomb friction: pieces between events.
 //
-// At an event a lane's wheel stops. Nearly all steps have none in any lane of a vector; where some
-// have, the vector goes on in pieces until the last lane's step is over, and lanes that are through
-// keep what they have.
+// At an event a lane's wheel stops, or with scrub its turn. Nearly all steps have none in any lane
+// of a vector; where some have, the vector goes on in pieces until the last lane's step is over,
+// and lanes that are through keep what they have.
 #pragma once
 
 #include <type_traits>
 
 #include "lanes_crossing.hpp"
+#include "lanes_scrub.hpp"
 
 namespace nfopidn {
 
@@ -23,8 +24,9 @@ NFOPIDN_INLINE void move(const Displacement<V>& way, const Heading<V>& heading, 
 
 // Robot and friction are those of all lanes, or of each its own. `braked`: with viscous friction,
 // under which speeds relax, and a wheel that sticks may break loose at any time. Without it that
-// happens only where a piece begins.
-template <class V, class Number, bool braked>
+// happens only where a piece begins. `scrubs`: with Coulomb scrub in some of the lanes; then
+// braked.
+template <class V, class Number, bool braked, bool scrubs = false>
 class Stepper {
  public:
   using M = math<V>;
@@ -136,7 +138,8 @@ class Stepper {
   NFOPIDN_INLINE V relax(const V& rest, bool watch, double span, const Heading<V>& heading,
                          State<V>& state) {
     const V linear = linear_ - state.v * friction_.linear_rate;
-    const V angular = angular_ - state.omega * friction_.angular_rate;
+    std::conditional_t<scrubs, Scrub<V>, NoScrub<V>> scrub(friction_, angular_, state.omega);
+    const V angular = scrub.angular - state.omega * friction_.angular_rate;
     smooth_ = wheels(linear, angular);
     Piece piece =
         begin(state, linear, angular, V(friction_.linear_rate), V(friction_.angular_rate));
@@ -145,8 +148,12 @@ class Stepper {
     Sides stuck = {none, none}, stops = {none, none};
     if (M::any(still.left | still.right)) {
       stuck = stick(still, linear, angular, piece);
+      if constexpr (scrubs) {  // going straight both are alike, but for rounding errors
+        stuck.right = (stuck.right & ~scrub.straight) | (stuck.left & scrub.straight);
+      }
       pivot(stuck, piece.motion);
     }
+    scrub.keep_straight(piece.motion);
     const auto& motion = piece.motion;
     V time = rest, left_time = rest, right_time = rest;
     if (watch) {
@@ -159,6 +166,12 @@ class Stepper {
           margin(piece, stuck.right, -1, piece.wheel.right, piece.push.right, piece.gain.left),
           rest, acts, stops.right);
       time = M::minimum(left_time, right_time);
+      if constexpr (scrubs) {
+        scrub.find_end(crossing, friction_, motion, rest);
+        stops.left = stops.left & (left_time <= scrub.end);
+        stops.right = stops.right & (right_time <= scrub.end);
+        time = M::minimum(time, scrub.end);
+      }
     }
     move(Travel<V>::by_quadrature(motion, time, span), heading, state);
     state.v = motion.v + motion.acceleration * Relaxation<V, V>(motion.rate, span)(time).phi;
@@ -168,6 +181,7 @@ class Stepper {
       set_stopped((stops.left & ~stuck.left) & (left_time <= right_time),
                   (stops.right & ~stuck.right) & (right_time < left_time), state);
     }
+    scrub.stop(time, state.omega);
     return time;
   }
 
@@ -178,7 +192,7 @@ class Stepper {
     const V sign = M::select(push > 0.0, V(-1.0), V(1.0));
     const V way = sign * (1.0 / friction_.wheel_radius);
     const Number turn = friction_.half_track * side;
-    const V held = other_gain * (friction_.other * friction_.viscous / friction_.own);
+    const V held = other_gain * (friction_.pivot_coupling() / friction_.own);
     const V bar = M::select(held < 0.0, V(friction_.coulomb) + push, V(friction_.coulomb) - push);
     return {M::select(stuck, bar, wheel * sign),
             M::select(stuck, Travel<V>::magnitude(held) * -1.0, piece.motion.acceleration * way),
@@ -187,9 +201,7 @@ class Stepper {
 
   // Lanes with a wheel that sticks turn about it, and their speeds relax at one rate.
   NFOPIDN_INLINE void pivot(const Sides& stuck, exact::ExponentialMotion<V, Rate>& motion) const {
-    const Number& a = friction_.own;
-    const Number& b = friction_.other;
-    const V rate(friction_.viscous * (a - b * b / a));
+    const V rate(friction_.pivot_rate());
     motion.rate = M::select(stuck.left | stuck.right, rate, motion.rate);
     motion.turn_rate = M::select(stuck.left | stuck.right, rate, motion.turn_rate);
   }
@@ -273,6 +285,15 @@ NFOPIDN_NOINLINE void braked_step(const Acceleration<Number>& acceleration,
                                   const V& linear, const V& angular, const Heading<V>& heading,
                                   State<V>& state) {
   Stepper<V, Number, true>(acceleration, friction, linear, angular).run(span, heading, state);
+}
+
+// With Coulomb scrub in some lanes.
+template <class V, class Number>
+NFOPIDN_NOINLINE void scrubbed_step(const Acceleration<Number>& acceleration,
+                                    const FrictionCoefficients<Number>& friction, double span,
+                                    const V& linear, const V& angular, const Heading<V>& heading,
+                                    State<V>& state) {
+  Stepper<V, Number, true, true>(acceleration, friction, linear, angular).run(span, heading, state);
 }
 
 }  // namespace lanes

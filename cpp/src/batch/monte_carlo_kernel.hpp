@@ -100,6 +100,8 @@ struct LaneRuns {
       robot.wheel_radius.set(lane, run.robot.wheel_radius);
       friction.viscous.set(lane, run.friction.viscous);
       friction.coulomb.set(lane, run.friction.coulomb);
+      friction.scrub_viscous.set(lane, run.friction.scrub_viscous);
+      friction.scrub_coulomb.set(lane, run.friction.scrub_coulomb);
       start.x.set(lane, run.start.x);
       start.y.set(lane, run.start.y);
       start.theta.set(lane, run.start.theta);

@@ -353,6 +353,25 @@ void bind_robot(py::module_& module) {
       "eddie_datasheet", &R::eddie_datasheet,
       "eddie_datasheet()\n--\n\nThe same robot by its vendor's datasheet: track 0.390 m, "
       "inertia of a disc.");
+  cls.def(
+      "with_wheels",
+      [](const R& self, double wheel_inertia) {
+        const Range range = between(0, 1e3);
+        if (!range.contains(wheel_inertia)) {
+          raise("with_wheels", refuse_number("wheel_inertia", wheel_inertia, range, "kg m^2"));
+        }
+        const R loaded = with_wheels(self, wheel_inertia);
+        R checked = loaded;
+        check("with_wheels", read_settings(write_settings(loaded), "", checked));
+        return loaded;
+      },
+      py::arg("wheel_inertia"),
+      "with_wheels(self, wheel_inertia)\n--\n\nA copy with what the wheels' spin adds "
+      "(docs/theory.md): 2 J/r^2 to the mass and J L^2/(2 r^2)\nto the inertia, for the inertia J "
+      "[kg m^2], in [0, 1000], of each wheel about its axle and of\nwhat turns with it. The "
+      "wheels' "
+      "own mass is the robot's already. ValueError: wheel_inertia, or\nwhat it makes of the robot, "
+      "is out of range.");
   bind_motor(module);
 }
 

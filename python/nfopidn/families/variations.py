@@ -73,6 +73,30 @@ def _coulomb_words(scenario: Scenario, share: float) -> tuple[str, str]:
     return f"friction {100 * share:g} %", f"Coulomb friction {friction:.4g} N m a wheel"
 
 
+def _scrub_of(scenario: Scenario, share: float) -> tuple[float, float]:
+    """Give the Coulomb scrub [N m], and the moment of both torques at their limits.
+
+    One wheel forwards and one backwards, each with the torque t, turn the robot by t L / r.
+    """
+    robot = scenario.robot
+    most = scenario.torque_limit * robot.track_width / robot.wheel_radius
+    return scenario.coulomb_scrub + share * most, most
+
+
+def _scrub(scenario: Scenario, share: float, _: Changes) -> Changes:
+    scrub, most = _scrub_of(scenario, share)
+    if scrub >= most:
+        raise ValueError(
+            f"Coulomb scrub is {scrub:g} N m; must be under the moment of both torques at their "
+            f"limits, {most:g} N m, or the robot cannot turn"
+        )
+    return {"coulomb_scrub": scrub}
+
+
+def _scrub_words(scenario: Scenario, share: float) -> tuple[str, str]:
+    return f"scrub {100 * share:g} %", f"Coulomb scrub {_scrub_of(scenario, share)[0]:.4g} N m"
+
+
 def _disturbance_of(scenario: Scenario, share: float) -> tuple[float, float]:
     """Give the force [N] of a share of the weight, and the moment [N m] that takes as much torque.
 
@@ -150,6 +174,11 @@ QUANTITIES: dict[str, Quantity] = {
         lambda scenario, value, _: {"viscous_friction": scenario.viscous_friction + value},
         lambda _, value: (f"viscous {value:g}", f"viscous friction {value:g} N m s/rad a wheel"),
     ),
+    "scrub": Quantity(
+        *(0, 1, 0, False, "a share of the moment of both torques at their limits"),
+        _scrub,
+        _scrub_words,
+    ),
     "disturbance": Quantity(
         *(-1, 1, 0, False, "a share of the weight"), _disturbance, _disturbance_words
     ),
@@ -215,6 +244,9 @@ def variations(scenario: Scenario, which: str | None = None, **changes: Any) -> 
         Shares of the torque limit, a wheel; [0, 1].
     viscous_friction
         [N m s/rad] a wheel; [0, 1000].
+    scrub
+        Coulomb scrub: shares of the moment that turns the robot when one torque is at its limit
+        forwards and the other backwards, torque_limit L / r; [0, 1].
     disturbance
         Shares of the weight; [-1, 1].
     pose_noise

@@ -228,8 +228,9 @@ def monte_carlo(
     distributions
         By name: a Normal, Uniform, LogNormal or Choice of nfopidn.montecarlo, or a frozen
         distribution of scipy.stats. Names: mass, inertia, track_width, wheel_radius,
-        coulomb_friction, viscous_friction, disturbance_force, disturbance_moment, position_noise,
-        heading_noise, delay, start_x, start_y, start_theta, path_scale; values in SI units.
+        coulomb_friction, viscous_friction, coulomb_scrub, viscous_scrub, disturbance_force,
+        disturbance_moment, position_noise, heading_noise, delay, start_x, start_y, start_theta,
+        path_scale; values in SI units.
         None: noise alone differs.
     method
         "independent": run i depends on the seed and on i alone, and each of its parameters on

@@ -99,7 +99,8 @@ def run(
         MuJoCo is not installed.
     ValueError
         An argument out of its range, a sample time that is no whole number of steps, a controller
-        that is made for another sample time, a scenario with motors or with errors of odometry.
+        that is made for another sample time, a scenario with motors, with scrub or with errors
+        of odometry.
     """
     scenario = scenario_or_published(scenario)
     controller = Controller.published() if controller is None else controller
@@ -183,6 +184,12 @@ def _encoders_of(scenario: Scenario, odometry: Any, counts: Any) -> tuple[bool, 
             "the scenario has a motor, which the engine's model has not; "
             "Scenario.replace(motor=None) leaves it out"
         )
+    for name in ("viscous_scrub", "coulomb_scrub"):
+        if value := getattr(scenario, name):
+            raise ValueError(
+                f"the scenario's {name} is {value:g}; must be 0 here: the engine's wheels scrub by "
+                "their own contacts"
+            )
     if any(scenario.odometry_errors):
         raise ValueError(
             f"the scenario's odometry_errors are {scenario.odometry_errors}; must be 0 here: "

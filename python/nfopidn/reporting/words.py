@@ -41,6 +41,8 @@ SCENARIO: Mapping[str, Mapping[str, Words]] = {
         "torque_limit": Words("Torque limit", "N m", "of each wheel's total torque"),
         "viscous_friction": Words("Viscous friction", "N m s/rad", "at each wheel"),
         "coulomb_friction": Words("Coulomb friction", "N m", "at each wheel"),
+        "viscous_scrub": Words("Viscous scrub", "N m s/rad", "moment that opposes turning"),
+        "coulomb_scrub": Words("Coulomb scrub", "N m", "moment that opposes turning"),
         "motor.resistance": Words("Motor resistance", "ohm", "of the winding"),
         "motor.torque_constant": Words("Motor torque constant", "N m/A", ""),
         "motor.back_emf_constant": Words("Motor back-EMF constant", "V s/rad", ""),

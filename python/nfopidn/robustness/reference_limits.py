@@ -68,7 +68,7 @@ def beyond_the_robot(scenario: Scenario) -> tuple[str, ...]:
     path, robot, limit = scenario.trajectory, scenario.robot, scenario.torque_limit
     torque = _asked_torques(scenario)
     turn = 0.5 * robot.track_width * path.omega
-    wheels = np.abs(np.column_stack([path.v + turn, path.v - turn])) / robot.wheel_radius
+    wheels = np.column_stack([path.v + turn, path.v - turn]) / robot.wheel_radius
     found = []
     if scenario.feedforward and torque.max() > limit:
         place = int(np.argmax(torque.max(axis=1)))
@@ -76,12 +76,15 @@ def beyond_the_robot(scenario: Scenario) -> tuple[str, ...]:
             f"the reference torques reach {torque.max():.3g} N m, at {path.t[place]:.4g} s; the "
             f"limit is {limit:g} N m"
         )
-    friction = np.where(wheels > 0, scenario.coulomb_friction, 0.0)
-    viscous = scenario.viscous_friction * wheels
-    if float((friction + viscous).max()) > limit:
-        place = int(np.argmax((friction + viscous).max(axis=1)))
+    # Scrub takes of one wheel what it gives back at the other.
+    moment = scenario.coulomb_scrub * np.sign(path.omega) + scenario.viscous_scrub * path.omega
+    scrub = moment * robot.wheel_radius / robot.track_width
+    friction = scenario.coulomb_friction * np.sign(wheels) + scenario.viscous_friction * wheels
+    friction = np.abs(friction + np.column_stack([scrub, -scrub]))
+    if float(friction.max()) > limit:
+        place = int(np.argmax(friction.max(axis=1)))
         found.append(
-            f"friction takes {(friction + viscous).max():.3g} N m a wheel where the reference "
+            f"friction takes {friction.max():.3g} N m a wheel where the reference "
             f"moves at {path.v[place]:.3g} m/s and turns at {path.omega[place]:.3g} rad/s; the "
             f"limit is {limit:g} N m"
         )

@@ -394,8 +394,8 @@ def margins(
     The robot's motion over one sample is linearised with the scenario's integrator, friction and
     delay; the controller is its taps, the neuron's slope (1/2 of a sigmoid) and the allocation, and
     with the tracking law speed errors, schedule, poles and integral states within their limit. On
-    a straight line the torques' sum drives and their difference steers. Torque limits, noise and
-    disturbance are left out.
+    a straight line the torques' sum drives and their difference steers. Torque limits, noise,
+    disturbance and Coulomb scrub are left out.
 
     Parameters
     ----------

@@ -24,11 +24,11 @@ def accelerations(robot: Robot) -> tuple[float, float]:
 
 
 def friction_rates(scenario: Scenario) -> tuple[float, float]:
-    """Return the rates [1/s] at which viscous friction slows v and omega."""
+    """Return the rates [1/s] at which viscous friction and scrub slow v and omega."""
     robot, viscous = scenario.robot, scenario.viscous_friction
     drive = 2 * viscous / (robot.mass * robot.wheel_radius**2)
     turn = viscous * robot.track_width**2 / (2 * robot.inertia * robot.wheel_radius**2)
-    return drive, turn
+    return drive, turn + scenario.viscous_scrub / robot.inertia
 
 
 def disturbances(scenario: Scenario) -> Array:

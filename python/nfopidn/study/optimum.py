@@ -128,7 +128,7 @@ def open_loop_optimum(
     ------
     ValueError
         Names the argument, its value and what is allowed; or what of the scenario has no smooth
-        form: the integrator "exact", or a motor.
+        form: the integrator "exact", a motor, or Coulomb scrub.
     ImportError
         If CasADi is not installed.
     """
@@ -168,6 +168,11 @@ def _check(
     if scenario.motor is not None:
         raise ValueError(
             "scenario has a motor, whose supply is no part of this problem; must be None"
+        )
+    if scenario.coulomb_scrub:
+        raise ValueError(
+            f"scenario has coulomb_scrub {scenario.coulomb_scrub:g} N m, which is no part of this "
+            "problem; must be 0"
         )
 
 

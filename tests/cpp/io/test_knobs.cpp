@@ -210,6 +210,8 @@ Knobs<Scenario> scenario_knobs() {
                                 in_the_middle};
   knobs["viscous_friction"].turns = {[](S& s) { s.viscous_friction = 0.01; }};
   knobs["coulomb_friction"].turns = {[](S& s) { s.coulomb_friction = 0.01; }};
+  knobs["viscous_scrub"].turns = {[](S& s) { s.viscous_scrub = 0.05; }};
+  knobs["coulomb_scrub"].turns = {[](S& s) { s.coulomb_scrub = 0.02; }};
   knobs["pose_noise"].turns = {[](S& s) {
                                  s.pose_noise = {0.01, 0};
                                },

@@ -27,7 +27,7 @@ std::vector<RivalDesign> designs() {
 }
 
 std::vector<Scenario> scenarios() {
-  std::vector<Scenario> all(5, Scenario::published());
+  std::vector<Scenario> all(6, Scenario::published());
   all[1].pose_noise = {0.005, 0.005};
   all[1].delay = 1;
   all[2].integrator = Integrator::exact;
@@ -36,6 +36,8 @@ std::vector<Scenario> scenarios() {
   all[3].viscous_friction = 0.02;
   all[3].coulomb_friction = 0.02;  // not in lanes
   all[4].torque_limit = 0.4;
+  all[5].viscous_scrub = 0.05;
+  all[5].coulomb_scrub = 0.02;
   return all;
 }
 

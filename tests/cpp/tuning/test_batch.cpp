@@ -92,6 +92,9 @@ TEST(Batch, AgreesInEveryScenario) {
   scenario.viscous_friction = 0.01;
   scenario.coulomb_friction = 0.02;
   expect_equal_costs(scenario, {}, 11, 0.1, "noise, delay, friction");
+  scenario.viscous_scrub = 0.05;
+  scenario.coulomb_scrub = 0.03;
+  expect_equal_costs(scenario, {}, 11, 0.1, "friction and scrub");
 }
 
 // The published gains in incremental form leave the path: the cost is that of the missing samples.
@@ -144,6 +147,23 @@ TEST(Batch, AgreesWithBothKindsOfFrictionWhereTheMotionIsExact) {
   scenario.viscous_friction = 0.01;
   scenario.coulomb_friction = 0.02;
   expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, both frictions");
+  scenario.viscous_scrub = 0.05;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, both frictions, scrub");
+  scenario.viscous_friction = 0;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, Coulomb friction, scrub");
+  scenario.coulomb_friction = 0;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, viscous scrub");
+}
+
+TEST(Batch, AgreesWithCoulombScrub) {
+  Scenario scenario = Scenario::published();
+  scenario.coulomb_scrub = 0.03;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "Coulomb scrub");
+  scenario.integrator = Integrator::exact;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, Coulomb scrub");
+  scenario.coulomb_friction = 0.02;
+  scenario.viscous_scrub = 0.05;
+  expect_equal_costs(scenario, gentle_settings(), 11, 0.1, "exact, Coulomb friction, scrub");
 }
 
 void expect_gradient(const Scenario& scenario, const ControllerSettings<double>& structure,
@@ -188,6 +208,10 @@ TEST(Gradient, IsThatOfDifferences) {
   expect_gradient(scenario, gentle_settings(), "exact integrator with friction ");
   scenario.viscous_friction = 0.01;
   expect_gradient(scenario, gentle_settings(), "exact integrator with both ");
+  scenario.viscous_scrub = 0.05;
+  expect_gradient(scenario, gentle_settings(), "exact integrator with viscous scrub ");
+  scenario.coulomb_scrub = 0.01;
+  expect_gradient(scenario, gentle_settings(), "exact integrator with scrub ");
 }
 
 // With a torque limit that is met. The rule hold jumps there, and has no slope.

@@ -60,6 +60,7 @@ struct Case {
   const char* what;
   double viscous, coulomb;
   double speed, turning, torque;
+  double scrub = 0, dry_scrub = 0;  // viscous, Coulomb
 };
 
 constexpr Case cases[] = {
@@ -75,6 +76,16 @@ constexpr Case cases[] = {
     {"much of both", 0.1, 0.6, 0.1, 0.5, 0.7},
     {"both, spinning", 0.02, 0.2, 1, 40, 3},
     {"relaxing at once", 4, 0.3, 0.5, 2, 2},
+    {"scrub", 0, 0, 0.5, 2, 0.5, 0.1},
+    {"scrub and friction", 0, 0.1, 0.5, 2, 0.3, 0.1},
+    {"much scrub", 0, 0.6, 0.1, 0.5, 0.7, 2},
+    {"scrub and both frictions", 0.02, 0.1, 0.5, 2, 0.3, 0.2},
+    {"dry scrub", 0, 0, 0.5, 0.5, 0.5, 0, 0.3},
+    {"dry scrub and friction", 0, 0.1, 0.3, 0.5, 0.3, 0, 0.2},
+    {"much dry scrub", 0, 0.3, 0.1, 0.5, 0.7, 0, 0.8},
+    {"all kinds", 0.02, 0.1, 0.3, 0.5, 0.3, 0.1, 0.2},
+    {"all kinds, relaxing at once", 4, 0.3, 0.5, 2, 2, 2, 0.5},
+    {"all kinds, spinning", 0.02, 0.2, 1, 40, 3, 0.1, 0.2},
 };
 
 template <class Check>
@@ -83,8 +94,9 @@ void for_each_step(const Check& check) {
   for (const Case& one : cases) {
     for (int i = 0; i < 600; ++i) {
       const Robot<double> robot = some_robots()[static_cast<std::size_t>(i % 3)];
-      const DifferentialDrive<double> plant(robot, {one.viscous, one.coulomb}, Integrator::exact,
-                                            i % 5 == 0 ? 0.02 : 0.2, i % 7 == 0 ? 3 : 1);
+      const DifferentialDrive<double> plant(
+          robot, {one.viscous, one.coulomb, one.scrub, one.dry_scrub}, Integrator::exact,
+          i % 5 == 0 ? 0.02 : 0.2, i % 7 == 0 ? 3 : 1);
       const Disturbance<double> outside = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
       check(one, plant, outside, random_step(draw, robot, one.speed, one.turning, one.torque),
             draw);
@@ -93,7 +105,7 @@ void for_each_step(const Check& check) {
 }
 
 TEST(LanesMotion, IsThatOfASingleNumber) {
-  int stops = 0;
+  int stops = 0, straight = 0;
   for_each_step([&](const Case& one, const DifferentialDrive<double>& plant,
                     const Disturbance<double>& outside, const Step& step, Draws&) {
     const auto together = moved_together(plant, outside, step);
@@ -103,9 +115,11 @@ TEST(LanesMotion, IsThatOfASingleNumber) {
       ASSERT_LE(largest_difference(together[static_cast<std::size_t>(lane)], alone), 1e-12)
           << one.what;
       if (one.coulomb > 0 && alone.v * step.state[lane].v < 0) ++stops;
+      if (one.dry_scrub > 0 && alone.omega == 0 && alone.v != 0) ++straight;
     }
   });
   EXPECT_GT(stops, 300);
+  EXPECT_GT(straight, 300);
 }
 
 TEST(LanesMotion, DoesNotDependOnTheNeighbours) {
@@ -133,12 +147,15 @@ struct OwnRobots {
       robot[lane].mass *= draw.between(0.8, 1.2);
       // Some lanes slide freely; with viscous friction are all, or none.
       const double share = draw.between(0, 1) < 0.3 ? 0 : draw.between(0.5, 1);
-      friction[lane] = {one.viscous * draw.between(0.5, 1), one.coulomb * share};
+      const double part = draw.between(0.5, 1);
+      friction[lane] = {one.viscous * part, one.coulomb * share, one.scrub * part,
+                        one.dry_scrub * part};
       outside[lane] = {draw.between(-1, 1), draw.between(-0.2, 0.2)};
     }
   }
 
-  States moved(const Step& step, double dt, int substeps) const {
+  States moved(const Step& step, double dt, int substeps,
+               Integrator integrator = Integrator::exact) const {
     Robot<Wide> robots;
     Friction<Wide> frictions;
     Disturbance<Wide> disturbances;
@@ -149,10 +166,12 @@ struct OwnRobots {
       robots.wheel_radius.set(lane, robot[lane].wheel_radius);
       frictions.viscous.set(lane, friction[lane].viscous);
       frictions.coulomb.set(lane, friction[lane].coulomb);
+      frictions.scrub_viscous.set(lane, friction[lane].scrub_viscous);
+      frictions.scrub_coulomb.set(lane, friction[lane].scrub_coulomb);
       disturbances.force.set(lane, outside[lane].force);
       disturbances.moment.set(lane, outside[lane].moment);
     }
-    const DifferentialDrive<Wide> plant(robots, frictions, Integrator::exact, dt, substeps);
+    const DifferentialDrive<Wide> plant(robots, frictions, integrator, dt, substeps);
     return moved_together(plant, disturbances, step);
   }
 };
@@ -191,6 +210,44 @@ TEST(LanesMotion, OfARobotEachIsThatOfASingleNumber) {
     }
   }
   EXPECT_GT(some_stop, 300);
+}
+
+// Nor does it matter to a lane without Coulomb scrub whether others have it.
+TEST(LanesMotion, OneThatDoesNotScrubMovesAsAmongItsLike) {
+  Draws draw(34);
+  for (int i = 0; i < 600; ++i) {
+    OwnRobots own(draw, cases[i % 2 == 0 ? 9 : 15]);
+    const Step step = random_step(draw, own.robot[0], 0.5, 0.5, 0.3);
+    const State<double> alike = own.moved(step, 0.2, 1)[2];
+    own.friction[1].scrub_coulomb = 0.2;
+    own.friction[3].scrub_coulomb = 0.05;
+    ASSERT_EQ(largest_difference(own.moved(step, 0.2, 1)[2], alike), 0);
+  }
+}
+
+// The Euler step has Coulomb scrub in lanes too, some of which have none.
+TEST(LanesMotion, ScrubsAsASingleNumberDoesInAnEulerStep) {
+  Draws draw(33);
+  int straight = 0;
+  for (int i = 0; i < 2000; ++i) {
+    OwnRobots own(draw, cases[5]);
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      own.friction[lane].scrub_coulomb = lane == 1 ? 0 : draw.between(0, 0.2);
+      own.friction[lane].scrub_viscous = draw.between(0, 0.1);
+    }
+    const Step step = random_step(draw, own.robot[0], 0.5, 0.2, 0.3);
+    const States together = own.moved(step, 0.2, 2, Integrator::semi_implicit_euler);
+    for (int lane = 0; lane < Wide::size; ++lane) {
+      const DifferentialDrive<double> plant(own.robot[lane], own.friction[lane],
+                                            Integrator::semi_implicit_euler, 0.2, 2);
+      State<double> alone = step.state[lane];
+      plant.advance(alone, math<double>::heading(alone.theta), step.torque[lane],
+                    &own.outside[lane]);
+      ASSERT_LE(largest_difference(together[static_cast<std::size_t>(lane)], alone), 1e-14);
+      straight += alone.omega == 0 && alone.v != 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(straight, 300);
 }
 
 // However fast a lane spins, its step ends, and is no longer than its way.

@@ -103,6 +103,8 @@ TEST(MeasuredRuns, NeighboursShareLanesOnlyWhereTheyMay) {
   add([](Scenario& s) { s.initial_pose = {3.5, 0.2, 1.0}; });
   add([](Scenario& s) { s.robot.wheel_radius = 0.08; });
   add([](Scenario& s) { s.coulomb_friction = 0.05; });
+  add([](Scenario& s) { s.viscous_scrub = 0.05; });
+  add([](Scenario& s) { s.coulomb_scrub = 0.05; });
   add([](Scenario& s) { s.disturbance = {{1, 0.1}}; });
   add([](Scenario& s) { s.pose_noise = {0, 0}; });
   add([](Scenario& s) { s.noise_source = NoiseSource::mersenne; });

@@ -53,6 +53,8 @@ Scenario by_hand(const Scenario& base, const Drawn& drawn, int run) {
     if (name == "wheel_radius") s.robot.wheel_radius = x;
     if (name == "viscous_friction") s.viscous_friction = x;
     if (name == "coulomb_friction") s.coulomb_friction = x;
+    if (name == "viscous_scrub") s.viscous_scrub = x;
+    if (name == "coulomb_scrub") s.coulomb_scrub = x;
     if (name == "disturbance_force") s.disturbance[0][0] = x;
     if (name == "disturbance_moment") s.disturbance[0][1] = x;
     if (name == "position_noise") s.pose_noise[0] = x;
@@ -152,6 +154,8 @@ TEST(MonteCarlo, LanesHaveFrictionAndDelayEach) {
   Scenario scenario = Scenario::published();
   scenario.substeps = 2;
   expect_as_one_by_one(scenario, steady(), draw(bounds, 40), "friction and delay");
+  bounds.insert(bounds.begin() + 6, {{"viscous_scrub", {0, 0.02}}, {"coulomb_scrub", {0, 0.02}}});
+  expect_as_one_by_one(scenario, steady(), draw(bounds, 40), "scrub and delay");
 }
 
 TEST(MonteCarlo, NoiseOfLargeHeadingsTurnsTheWholeWay) {
@@ -190,6 +194,11 @@ TEST(MonteCarlo, RunsTheExactIntegratorInLanesWithFriction) {
       bounds.end(),
       {{"viscous_friction", {0, 0.002}}, {"coulomb_friction", {0, 0.02}}, {"delay", {0, 2}}});
   expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, both frictions");
+  bounds.insert(bounds.begin() + 6, {"viscous_scrub", {0, 0.02}});
+  expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, viscous scrub");
+  bounds.insert(bounds.begin() + 7, {"coulomb_scrub", {0, 0.02}});
+  expect_as_one_by_one(scenario, steady(), draw(bounds, 33), "exact, Coulomb scrub");
+  bounds.erase(bounds.begin() + 6, bounds.begin() + 8);
   // Some with viscous friction and some without, which meet in no lanes.
   Drawn mixed = draw(bounds, 33);
   for (std::size_t i = 0; i < mixed.values.size(); i += 2 * mixed.names.size()) {

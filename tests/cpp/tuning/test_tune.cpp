@@ -56,6 +56,22 @@ TEST(CostCap, IsTenTimesWhatFrictionCosts) {
   EXPECT_GT(friction_cost(scenario), 0.32);
 }
 
+// Scrub asks of both wheels the same, in opposite directions.
+TEST(CostCap, CountsWhatScrubCosts) {
+  Scenario scenario = short_scenario();
+  scenario.viscous_scrub = 0.05;
+  scenario.coulomb_scrub = 0.1;
+  const Trajectory& t = scenario.trajectory;
+  double sum = 0;
+  for (Eigen::Index k = 0; k < t.size(); ++k) {
+    const double moment = 0.05 * std::fabs(t.omega(k)) + (t.omega(k) != 0 ? 0.1 : 0);
+    const double torque = moment * scenario.robot.wheel_radius / scenario.robot.track_width;
+    sum += 2 * torque * torque;
+  }
+  EXPECT_GT(sum, 0);
+  EXPECT_NEAR(friction_cost(scenario), sum / static_cast<double>(t.size()), 1e-15);
+}
+
 // Costs and slopes under caps, of which one is exceeded, one is not and one scenario diverges; and
 // what bounds spare changes no cost that is within them.
 TEST(TuneObjective, CapsTheCostOfEachScenario) {

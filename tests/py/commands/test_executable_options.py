@@ -15,6 +15,7 @@ SPEED_ERRORS = ["--net", "speed-errors", "--gains", "0.3,0,0,0.7,0.3,0.3,1,0,0"]
 DRIVE_SPEED = [*SPEED_ERRORS, "--speed-gain-x", "0.5"]
 TURN_SPEED = [*SPEED_ERRORS, "--speed-gain-theta", "0.2"]
 SCHEDULED = ["--lateral", "scheduled"]
+MOTOR_UNITS = "ohm, N m/A, V s/rad, , kg m^2, N m s/rad, N m, V, V"
 
 # Option: a value that changes the published run, its unit and default as --help has them, and what
 # else must be set for it to matter.
@@ -42,21 +43,18 @@ SETTINGS = {
     "--disturbance": ("0.5,-0.1", "N, N m", "0.0,0.0", []),
     "--viscous-friction": ("0.01", "N m s/rad", "0.0", []),
     "--coulomb-friction": ("0.05", "N m", "0.0", []),
+    "--viscous-scrub": ("0.05", "N m s/rad", "0.0", []),
+    "--coulomb-scrub": ("0.02", "N m", "0.0", []),
     "--pose-noise": ("0.01,0", "m, rad", "0.0,0.0", []),
     "--delay": ("1", "samples", "0", []),
     "--divergence-distance": ("3", "m", "10.0", ["--frame", "world"]),
     "--model": ("10,0.5,0.4,0.07", "kg, kg m^2, m, m", "robot", []),
-    "--motor": (
-        "2.4,0.01,0.01,30,0,0,0,6,0",
-        "ohm, N m/A, V s/rad, , kg m^2, N m s/rad, N m, V, V",
-        "none",
-        [],
-    ),
+    "--motor": ("2.4,0.01,0.01,30,1e-5,0.01,0.05,6,0.1", MOTOR_UNITS, "none", []),
     "--encoder-counts": ("100", "", "0", []),
-    "--odometry-errors": ("0.01,0,0.02", "", "0.0,0.0,0.0", ["--encoder-counts", "1000"]),
+    "--odometry-errors": ("0.01,0,0", "", "0.0,0.0,0.0", ["--encoder-counts", "100"]),
     "--feedforward-limit": ("0.5", "N m", "none", []),
-    "--friction-feedforward": ("0.01,0.1", "N m s/rad, N m", "0.0,0.0", []),
-    "--friction-feedforward-speed": ("2", "rad/s", "0.5", ["--friction-feedforward", "0,0.1"]),
+    "--friction-feedforward": ("0.01,0.05", "N m s/rad, N m", "0.0,0.0", []),
+    "--friction-feedforward-speed": ("2", "rad/s", "0.5", ["--friction-feedforward", "0,0.05"]),
     "--cost-weights": ("2,1,0.5", "", "1.0,1.0,1.0", []),
     "--noise-source": ("counter", "", "mersenne", NOISY),
     "--seed": ("5", "", "0", NOISY),
@@ -153,6 +151,7 @@ def test_an_option_has_the_name_of_its_key_in_json(options, sim, tmp_path):
     named |= {"--standstill-speed", "--model", "--feedforward-limit", "--cost-weights"}
     named |= {"--noise-source", "--motor", "--encoder-counts", "--odometry-errors"}
     named |= {"--friction-feedforward", "--friction-feedforward-speed"}
+    named |= {"--viscous-scrub", "--coulomb-scrub"}
     assert named == set(SETTINGS) - {"--no-feedforward"}
 
 

@@ -179,6 +179,17 @@ def test_variations_of_one_s_own():
     assert both.scenarios[-1].delay == 3
 
 
+def test_scrub_is_a_share_of_the_moment_of_both_torques():
+    base = BASE.replace(coulomb_scrub=0.01)
+    family = base.variations(scrub=0.05, corners=[{"scrub": 0.1, "mass": 1.1}])
+    assert family.names == ("nominal", "scrub 5 %", "scrub 10 %, mass x1.1")
+    most = BASE.torque_limit * BASE.robot.track_width / BASE.robot.wheel_radius
+    scrubs = [one.coulomb_scrub for one in family]
+    assert scrubs == pytest.approx([0.01, 0.01 + 0.05 * most, 0.01 + 0.1 * most])
+    assert family.changes[1] == f"Coulomb scrub {0.01 + 0.05 * most:.4g} N m"
+    assert not any("scrub" in name for name in base.variations("standard").names)
+
+
 EULER = BASE.replace(integrator="semi-implicit-euler", substeps=1000)
 BAD = [
     (BASE, {}, "the family is empty; give 'standard' or one of mass, inertia"),
@@ -193,6 +204,8 @@ BAD = [
     (BASE, {"delay": 0}, r"delay is 0; must be in \[1, 64\] \(samples\)"),
     (BASE.replace(delay=60), {"delay": 5}, "delay [+]5: .*delay is 65; must be in"),
     (BASE, {"coulomb_friction": 0.99}, "friction is 0.604 N m a wheel; must be under the torque"),
+    (BASE, {"scrub": 1}, "Coulomb scrub is [0-9.]+ N m; must be under the moment of both torques"),
+    (BASE, {"scrub": -0.1}, r"scrub is -0.1; must be in \[0, 1\] \(a share of the moment"),
     (BASE, {"substeps": 4}, "substeps x4: contradicts the integrator 'exact'"),
     (EULER, {"substeps": 20}, r"substeps x20: .*substeps is 20000; must be in \[1, 10000\]"),
     (BASE, {"weight": 2}, "'weight' is unknown; known: mass, inertia"),

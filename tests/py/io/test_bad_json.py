@@ -123,6 +123,8 @@ CHANGES = [
     ("scenario", ["feedforward_limit"], 0, ["feedforward_limit is 0", "[1e-06, 1e+06] N m"]),
     ("scenario", ["feedforward_limit"], "no", ['feedforward_limit is "no"', "a number"]),
     ("scenario", ["friction_feedforward"], [0, -1], ["friction_feedforward[1] is -1", "N m"]),
+    ("scenario", ["viscous_scrub"], -1, ["viscous_scrub is -1", "[0, 1000] N m s/rad"]),
+    ("scenario", ["coulomb_scrub"], 1001, ["coulomb_scrub is 1001", "[0, 1000] N m"]),
     ("scenario", ["friction_feedforward_speed"], 0, ["friction_feedforward_speed is 0", "rad/s"]),
     ("scenario", ["encoder_counts"], -1, ["encoder_counts is -1", "[0, 1e+06]"]),
     ("scenario", ["encoder_counts"], 1.5, ["encoder_counts is 1.5", "whole"]),

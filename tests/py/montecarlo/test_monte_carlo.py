@@ -26,6 +26,8 @@ ALL = {
     **ROBOT,
     "viscous_friction": Uniform(0, 0.01),
     "coulomb_friction": Uniform(0, 0.1),
+    "viscous_scrub": Uniform(0, 0.05),
+    "coulomb_scrub": Uniform(0, 0.1),
     "disturbance_force": Normal(0, 1),
     "disturbance_moment": Normal(0, 0.1),
     "position_noise": Uniform(0, 0.01),
@@ -82,6 +84,8 @@ def test_everything_may_be_drawn():
         assert scenario.robot.wheel_radius == drawn["wheel_radius"][i]
         assert scenario.viscous_friction == drawn["viscous_friction"][i]
         assert scenario.coulomb_friction == drawn["coulomb_friction"][i]
+        assert scenario.viscous_scrub == drawn["viscous_scrub"][i]
+        assert scenario.coulomb_scrub == drawn["coulomb_scrub"][i]
         moved = (drawn["disturbance_force"][i], drawn["disturbance_moment"][i])
         assert np.ravel(scenario.disturbance).tolist() == list(moved)
         assert scenario.pose_noise == (drawn["position_noise"][i], drawn["heading_noise"][i])

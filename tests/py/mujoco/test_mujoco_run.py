@@ -334,6 +334,8 @@ def test_another_s_warning_handler_comes_back():
         ({"wheels": "square"}, "wheels is 'square'"),
         ({"joint_friction": -1.0}, "joint_friction is -1.0"),
         ({"model": "robot.xml"}, "model is 'robot.xml'; must be a Model"),
+        ({"scenario": FAST.replace(viscous_scrub=0.1)}, "viscous_scrub is 0.1; must be 0 here"),
+        ({"scenario": FAST.replace(coulomb_scrub=0.2)}, "coulomb_scrub is 0.2; must be 0 here"),
         ({"model": build_model(), "wheels": "sphere"}, "wheels cannot be given with a model"),
         ({"model": build_model(), "slope": 0.1}, "slope cannot be given with a model"),
         (

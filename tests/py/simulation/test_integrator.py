@@ -123,6 +123,56 @@ def test_under_control_with_friction():
     assert len(modes) > 2
 
 
+SCRUBBING = {
+    "stops turning, then rolls straight": coasting(
+        (0.4, 0.5), coulomb_scrub=0.15, viscous_friction=0.01
+    ),
+    "with friction of the wheels": coasting((0.4, 0.5), coulomb_scrub=0.1, coulomb_friction=0.03),
+    "turns about a wheel": coasting(
+        (0.1, 1.2), coulomb_scrub=0.02, coulomb_friction=0.1, viscous_scrub=0.1
+    ),
+    "is pushed past it": coasting(
+        (0.0, 0.0),
+        coulomb_scrub=0.1,
+        coulomb_friction=0.1,
+        viscous_scrub=0.05,
+        viscous_friction=0.02,
+        disturbance=drifting(151, (0.75, 0.15), 5),
+    ),
+    "alone": coasting(
+        (0.3, 0.0), coulomb_scrub=0.2, viscous_scrub=0.1, disturbance=drifting(151, (0.05, 0.06), 8)
+    ),
+    "under control": Scenario.published(
+        integrator="exact", coulomb_scrub=0.2, viscous_scrub=0.1, coulomb_friction=0.05
+    ),
+}
+#: Ways to move: left wheel, right wheel, turning.
+WAYS = {
+    "stops turning, then rolls straight": {(1, 1, 1), (1, 1, 0)},
+    "with friction of the wheels": {(1, 1, 1), (1, 1, 0), (0, 0, 0)},
+    "turns about a wheel": {(1, -1, 1), (1, 0, 1), (0, 0, 0)},
+    "is pushed past it": {(0, 0, 0), (-1, 0, -1), (-1, 1, -1), (-1, -1, -1)},
+    "alone": {(1, 1, 0), (1, 1, 1), (1, 1, -1), (-1, -1, 0)},
+    "under control": {(1, 1, 0), (1, 1, 1)},
+}
+
+
+@pytest.mark.parametrize("name", SCRUBBING)
+def test_with_scrub(name):
+    controlled = name == "under control"
+    error, modes = largest_error(
+        SCRUBBING[name], Controller.published() if controlled else IDLE, 60 if controlled else 100
+    )
+    assert error < 1e-10
+    assert modes >= WAYS[name]
+
+
+def test_viscous_scrub():
+    scenario = Scenario.published(integrator="exact", viscous_scrub=0.2, viscous_friction=0.01)
+    error, _ = largest_error(scenario, Controller.published(), 40)
+    assert error < 1e-10
+
+
 def final_state(scenario, controller, **changes):
     result = nfopidn.simulate(scenario.replace(**changes), controller)
     assert result.diverged_at is None

@@ -34,6 +34,21 @@ def test_speeds_beyond_friction_are_told():
         Scenario(slow, Robot(), torque_limit=4, viscous_friction=0.25, rng=0)
 
 
+def test_scrub_is_friction_of_the_wheels_to_the_warning():
+    """On a circle it takes M r / L of the outer wheel; on a line nothing."""
+    circle, line = Trajectory.circle(period=60), Trajectory.line()
+    limit = 2 * Robot().wheel_radius / Robot().track_width
+    given = {"torque_limit": limit + 0.01, "coulomb_friction": 0.02, "rng": 0}
+    with pytest.warns(UserWarning, match="Scenario: friction takes"):
+        Scenario(circle, coulomb_scrub=2.0, **given)
+    with pytest.warns(UserWarning, match="Scenario: friction takes"):
+        Scenario(circle, viscous_scrub=2.0 / circle.omega[0], **given)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Scenario(circle, coulomb_scrub=1.9, **given)
+        Scenario(line, coulomb_scrub=2.0, **given)
+
+
 def test_what_is_planned_within_limits_is_not_told():
     limits = Limits(speed=0.8, wheel_torque=1.0, coulomb_friction=0.2)
     path = from_waypoints([[0, 0], [1, 1], [2, 0]], limits, 0.05, Robot())

@@ -48,7 +48,9 @@ def motion(scenario, torque):
             )
             v = v / (1 + h * 2 * scenario.viscous_friction / (robot.mass * r**2))
             omega = omega / (
-                1 + h * scenario.viscous_friction * width**2 / (2 * robot.inertia * r**2)
+                1
+                + h * scenario.viscous_friction * width**2 / (2 * robot.inertia * r**2)
+                + h * scenario.viscous_scrub / robot.inertia
             )
             x = x + h * v * np.cos(theta)
             y = y + h * v * np.sin(theta)
@@ -101,6 +103,7 @@ def short(**changes):
 HARD = {
     "substeps": 3,
     "viscous_friction": 0.02,
+    "viscous_scrub": 0.05,
     "robot": Robot.eddie_datasheet(),
     "initial_velocity": "reference",
     "disturbance": np.column_stack([np.sin(np.arange(60)), 0.1 * np.cos(np.arange(60))]),
@@ -367,6 +370,7 @@ def test_the_figures_of_runs_draw_it():
     ("changes", "message"),
     [
         ({"integrator": "exact"}, "integrator 'exact'"),
+        ({"coulomb_scrub": 0.1}, "coulomb_scrub 0.1 N m, which is no part"),
     ],
     ids=str,
 )

@@ -261,6 +261,8 @@ NFOPIDN_HOST Json write_scenario(const Scenario& scenario) {
   if (scenario.friction_feedforward_speed == Scenario{}.friction_feedforward_speed) {
     settings.erase("friction_feedforward_speed");
   }
+  if (scenario.viscous_scrub == 0) settings.erase("viscous_scrub");
+  if (scenario.coulomb_scrub == 0) settings.erase("coulomb_scrub");
   if (scenario.cost_weights == Scenario{}.cost_weights) settings.erase("cost_weights");
   if (scenario.noise_source == Scenario{}.noise_source) settings.erase("noise_source");
   document.update(settings);

@@ -38,7 +38,10 @@ class DifferentialDrive {
         moment_gain_(step_ * acceleration_.inverse_inertia),
         substeps_(substeps),
         has_coulomb_(!math<Number>::every(friction.coulomb == Base(0))),
-        has_friction_(!math<Number>::every(friction.viscous == Base(0)) || has_coulomb_) {}
+        has_scrub_(!math<Number>::every(friction.scrub_coulomb == Base(0))),
+        has_friction_(!math<Number>::every(friction.viscous == Base(0)) ||
+                      !math<Number>::every(friction.scrub_viscous == Base(0)) || has_coulomb_ ||
+                      has_scrub_) {}
 
   constexpr bool is_exact() const { return integrator_ == Integrator::exact; }
 
@@ -125,6 +128,7 @@ class DifferentialDrive {
   NFOPIDN_NOINLINE constexpr void apply_friction(State<Scalar>& state) const {
     state.v = state.v * (Base(1) / (Base(1) + step_ * friction_.linear_rate));
     state.omega = state.omega * (Base(1) / (Base(1) + step_ * friction_.angular_rate));
+    if (has_scrub_) state.omega = scrubbed(state.omega, friction_.scrub * step_);
     if (!has_coulomb_) return;
     const Scalar turn = state.omega * friction_.half_track;
     const Number per_radius = Base(1) / friction_.wheel_radius;
@@ -146,6 +150,7 @@ class DifferentialDrive {
   Number moment_gain_;
   int substeps_;
   bool has_coulomb_;
+  bool has_scrub_;  // Coulomb
   bool has_friction_;
 };
 

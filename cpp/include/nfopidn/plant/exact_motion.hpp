@@ -2,10 +2,12 @@
 //
 // Between samples v and omega obey dv/dt = a - k v with constant a: linear in time, exponential
 // with viscous friction; Coulomb friction changes the constants each time a wheel stops, sticks or
-// breaks loose. Each piece between two such events is an exponential motion. All loops are bounded:
+// breaks loose, and scrub each time the robot stops turning, or goes straight until its moment
+// exceeds it. Each piece between two such events is an exponential motion. All loops are bounded:
 // a step with more than max_pieces events goes through the last piece without looking for more.
 #pragma once
 
+#include "nfopidn/plant/crossing.hpp"
 #include "nfopidn/plant/exponential_motion.hpp"
 #include "nfopidn/plant/friction.hpp"
 
@@ -15,42 +17,13 @@ namespace exact {
 
 constexpr int max_pieces = 16;
 
-template <class Base>
-constexpr Base rounding = Base(4096) * kernel::Coefficients<Base>::epsilon;
-
-// The first time in (0, span] at which the function, positive just after 0, becomes negative;
-// span if it does not. The function rises and falls at most once each, `slope` being its
-// derivative; a dip below zero no deeper than rounding errors is none. Both take times of either
-// type and give numbers of the same: the search needs none of a dual number's slopes.
-template <class Scalar, class Base, class Function, class Slope>
-constexpr Scalar first_crossing(const Function& function, const Slope& slope, Base span) {
-  constexpr int bisections = 60;
-  Base low = Base(0);
-  Base high = span;
-  if (!(function(span) < Base(0))) {
-    if (!(slope(Base(0)) < Base(0)) || slope(span) < Base(0)) return Scalar(span);
-    for (int i = 0; i < bisections; ++i) {  // to the bottom of the dip
-      const Base middle = (low + high) * Base(0.5);
-      (slope(middle) < Base(0) ? low : high) = middle;
-    }
-    if (!(function(low) < -rounding<Base>)) return Scalar(span);
-    high = low;
-    low = Base(0);
-  }
-  for (int i = 0; i < bisections; ++i) {
-    const Base middle = (low + high) * Base(0.5);
-    (function(middle) < Base(0) ? high : low) = middle;
-  }
-  // One Newton step in Scalar gives a dual number its partials.
-  const Scalar root = Scalar(high);
-  return root - function(root) / slope(root);
-}
-
-// A step with Coulomb friction: pieces between the events at which a wheel stops or breaks loose.
+// A step with Coulomb friction or scrub: pieces between the events at which a wheel or the turning
+// stops or breaks loose.
 template <class Scalar, class Base>
 class Stepper {
  public:
   using M = math<Scalar>;
+  static constexpr int turning = 2;  // the index of what has to come to rest besides both wheels
 
   constexpr Stepper(const Acceleration<Base>& acceleration,
                     const FrictionCoefficients<Base>& friction, const Scalar& linear,
@@ -58,13 +31,19 @@ class Stepper {
       : acceleration_(acceleration),
         friction_(friction),
         linear_(linear),
+        outer_(angular),
         angular_(angular),
         state_(state) {}
 
   constexpr void run(Base span) {
     Scalar rest = Scalar(span);
     for (int piece = 0; piece < max_pieces && M::value(rest) > Base(0); ++piece) {
+      const bool is_straight = friction_.scrub != Base(0) && choose_scrub();
       choose_friction();
+      if (is_straight) {  // the wheels are alike, but for rounding errors
+        push_[1] = push_[0];
+        stuck_[1] = stuck_[0];
+      }
       if (stuck_[0] && stuck_[1]) {
         state_.v = Scalar(Base(0));
         state_.omega = Scalar(Base(0));
@@ -72,14 +51,36 @@ class Stepper {
       }
       const bool watch = piece + 1 < max_pieces;
       rest = rest - (stuck_[0] || stuck_[1] ? pivot(rest, watch) : slide(rest, watch));
+      if (is_straight) state_.omega = Scalar(Base(0));
     }
   }
 
  private:
   template <class T>
   constexpr T wheel(int side, const T& v, const T& omega) const {
+    if (side == turning) return omega * (friction_.half_track / friction_.wheel_radius);
     const T turn = omega * (side == 0 ? friction_.half_track : -friction_.half_track);
     return (v + turn) * (Base(1) / friction_.wheel_radius);
+  }
+
+  // Settles which way the robot turns, and the acceleration with scrub. Whether scrub holds it
+  // straight: until the wheels stop, for they are the same then, and nothing else turns it.
+  constexpr bool choose_scrub() {
+    const Base q = friction_.scrub;
+    const Base speed = M::value(wheel(turning, state_.v, state_.omega));
+    if (speed > rounding<Base> || speed < -rounding<Base>) {
+      sign_[turning] = speed < 0 ? Base(-1) : Base(1);
+      angular_ = outer_ - Scalar(q * sign_[turning]);
+      return false;
+    }
+    const Base pull = M::value(outer_);
+    sign_[turning] = pull < 0 ? Base(-1) : Base(1);
+    angular_ = scrubbed(outer_, q);
+    // A hair below the limit counts as loose, as for the wheels.
+    if (!((pull < 0 ? -pull : pull) < q * (Base(1) - rounding<Base>))) return false;
+    state_.omega = Scalar(Base(0));
+    sign_[turning] = Base(0);
+    return true;
   }
 
   constexpr void set_wheels(const Scalar& left, const Scalar& right) {
@@ -137,7 +138,9 @@ class Stepper {
     const Base span = M::value(rest);
     Scalar time = rest;
     int stops = -1;
-    for (int side = 0; watch && side < 2; ++side) {
+    for (int side = 0; watch && side < 3; ++side) {
+      const Base limit = side == turning ? friction_.scrub : friction_.coulomb;
+      if (limit == Base(0) || sign_[side] == Base(0)) continue;
       const auto speed = [&](auto t) {
         const auto speeds = as<decltype(t)>(motion);
         return wheel(side, speeds.speed(t), speeds.turning(t)) * sign_[side];
@@ -157,6 +160,7 @@ class Stepper {
     travel(motion, time, state_);
     if (stops == 0) set_wheels(Scalar(Base(0)), wheel(1, state_.v, state_.omega));
     if (stops == 1) set_wheels(wheel(0, state_.v, state_.omega), Scalar(Base(0)));
+    if (stops == turning) state_.omega = Scalar(Base(0));
     return time;
   }
 
@@ -166,11 +170,11 @@ class Stepper {
     const int moving = 1 - stuck;
     const Base a = friction_.own;
     const Base b = friction_.other;
-    const Base viscous = friction_.viscous;
+    const Base coupling = friction_.pivot_coupling();
     const Scalar held = wheel(stuck, linear_, angular_) + push_[moving] * b;
     const Scalar driven = wheel(moving, linear_, angular_) + push_[moving] * a;
     const Scalar start = wheel(moving, state_.v, state_.omega);
-    const Base rate = viscous * (a - b * b / a);
+    const Base rate = friction_.pivot_rate();
     const Scalar gain = driven - held * (b / a) - start * rate;
     const auto moved = [&](auto t) {
       using T = decltype(t);
@@ -178,10 +182,10 @@ class Stepper {
     };
     // The friction that holds the stuck wheel, and how it changes.
     const auto hold = [&](auto t) {
-      return (moved(t) * (b * viscous) - as<decltype(t)>(held)) * (1 / a);
+      return (moved(t) * coupling - as<decltype(t)>(held)) * (1 / a);
     };
     const auto hold_slope = [&](auto t) {
-      return as<decltype(t)>(gain) * remaining(rate, t) * (b * viscous / a);
+      return as<decltype(t)>(gain) * remaining(rate, t) * (coupling / a);
     };
     const Base c = friction_.coulomb;
     const Base span = M::value(rest);
@@ -242,10 +246,11 @@ class Stepper {
   const Acceleration<Base>& acceleration_;
   const FrictionCoefficients<Base>& friction_;
   const Scalar& linear_;
-  const Scalar& angular_;
+  const Scalar& outer_;  // of torque and disturbance, without scrub
+  Scalar angular_;
   State<Scalar>& state_;
   Scalar push_[2] = {};  // friction at each wheel [N m]
-  Base sign_[2] = {};    // the way each wheel slides
+  Base sign_[3] = {};    // the way each wheel slides and the robot turns
   bool stuck_[2] = {};
 };
 
@@ -257,7 +262,7 @@ NFOPIDN_NOINLINE constexpr void exact_motion(const Acceleration<Base>& accelerat
                                              const FrictionCoefficients<Base>& friction, Base span,
                                              const Scalar& linear, const Scalar& angular,
                                              State<Scalar>& state) {
-  if (friction.coulomb != Base(0)) {
+  if (friction.coulomb != Base(0) || friction.scrub != Base(0)) {
     exact::Stepper<Scalar, Base>(acceleration, friction, linear, angular, state).run(span);
     return;
   }

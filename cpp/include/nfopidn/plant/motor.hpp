@@ -106,12 +106,7 @@ constexpr int pulse_width(const Motor<Base>& motor, Base voltage, int full_scale
 // The robot with what the rotors add to its mass and inertia.
 template <class Number, class Base>
 constexpr Robot<Number> with_rotors(const Robot<Number>& robot, const Motor<Base>& motor) {
-  const Number at_rim = Number(motor.gear_ratio * motor.gear_ratio * motor.rotor_inertia) /
-                        (robot.wheel_radius * robot.wheel_radius);
-  Robot<Number> loaded = robot;
-  loaded.mass = robot.mass + Base(2) * at_rim;
-  loaded.inertia = robot.inertia + at_rim * robot.track_width * robot.track_width * Base(0.5);
-  return loaded;
+  return with_wheels(robot, motor.gear_ratio * motor.gear_ratio * motor.rotor_inertia);
 }
 
 // A plant (plant.hpp) whose input is the pair of voltages [V], in the paper's sign as torques are.
@@ -127,8 +122,9 @@ class MotorDrive {
   constexpr MotorDrive(const Robot<Number>& robot, const Motor<Base>& motor, Integrator integrator,
                        Base dt, int substeps, const Friction<Number>& more = {})
       : drive_(with_rotors(robot, motor),
-               {more.viscous + motor.damping(), more.coulomb + motor.coulomb_friction}, integrator,
-               dt, substeps),
+               {more.viscous + motor.damping(), more.coulomb + motor.coulomb_friction,
+                more.scrub_viscous, more.scrub_coulomb},
+               integrator, dt, substeps),
         motor_(motor) {}
 
   template <class Scalar>

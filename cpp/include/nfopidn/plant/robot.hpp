@@ -62,6 +62,18 @@ struct Robot {
   }
 };
 
+// The robot with what its wheels' spin adds to its mass and inertia: wheel_inertia is that of each
+// wheel about its axle, J [kg m^2], and what turns with it. The wheels' own mass is the robot's.
+template <class Number, class Base>
+constexpr Robot<Number> with_wheels(const Robot<Number>& robot, const Base& wheel_inertia) {
+  const Number at_rim = Number(wheel_inertia) / (robot.wheel_radius * robot.wheel_radius);
+  Robot<Number> loaded = robot;
+  loaded.mass = robot.mass + base_t<Number>(2) * at_rim;
+  loaded.inertia =
+      robot.inertia + at_rim * robot.track_width * robot.track_width * base_t<Number>(0.5);
+  return loaded;
+}
+
 // What the torques and a disturbance do (eq. 4 without its constraint force).
 template <class Number>
 struct Acceleration {

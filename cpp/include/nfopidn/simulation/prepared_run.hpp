@@ -62,13 +62,15 @@ inline ReferenceSample<double> reference_sample(const Scenario& scenario, Eigen:
           t.omega(k), torque.left, torque.right, t.reverse[static_cast<std::size_t>(k)] != 0};
 }
 
+inline Friction<double> friction_of(const Scenario& scenario) {
+  return {scenario.viscous_friction, scenario.coulomb_friction, scenario.viscous_scrub,
+          scenario.coulomb_scrub};
+}
+
 inline RobotDrive<double> robot_drive(const Scenario& scenario) {
-  return {scenario.robot,
-          {scenario.viscous_friction, scenario.coulomb_friction},
-          scenario.motor ? &*scenario.motor : nullptr,
-          scenario.integrator,
-          scenario.trajectory.dt(),
-          scenario.substeps};
+  return {
+      scenario.robot,      friction_of(scenario),    scenario.motor ? &*scenario.motor : nullptr,
+      scenario.integrator, scenario.trajectory.dt(), scenario.substeps};
 }
 
 inline std::optional<Encoders<double>> encoders_of(const Scenario& scenario) {

@@ -51,6 +51,8 @@ struct Scenario {
   std::vector<std::array<double, 2>> disturbance = {{0, 0}};
   double viscous_friction = 0;
   double coulomb_friction = 0;
+  double viscous_scrub = 0;  // moments that oppose turning: [N m s/rad], [N m]
+  double coulomb_scrub = 0;
   std::array<double, 2> pose_noise = {0, 0};
   int encoder_counts = 0;  // a revolution of a wheel; 0: the pose is measured
   // Relative, of the left and the right wheel's radius and of the track, as odometry has them.
@@ -121,6 +123,10 @@ struct Scenario {
     visit(field("friction_feedforward_speed", &S::friction_feedforward_speed, "rad/s",
                 between(1e-6, 1e6),
                 "wheel speed at which 76 % of the Coulomb friction are made up for"));
+    visit(field("viscous_scrub", &S::viscous_scrub, "N m s/rad", between(0, 1e3),
+                "moment that opposes turning, in proportion to the turning rate"));
+    visit(field("coulomb_scrub", &S::coulomb_scrub, "N m", between(0, 1e3),
+                "moment that opposes turning at any rate, and up to which the heading holds"));
     visit(
         field("cost_weights", &S::cost_weights, "", between(1e-6, 1e6),
               "of the squares of position [m], heading [rad] and torque errors [N m] in the cost; "

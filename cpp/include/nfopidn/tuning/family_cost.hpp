@@ -26,6 +26,12 @@ struct CostCap {
   double unseen(double seen) const { return seen > cap ? cap * std::exp(seen / cap - 1) : seen; }
 };
 
+namespace detail {
+
+inline double sign_of(double value) { return std::copysign(value != 0 ? 1.0 : 0.0, value); }
+
+}  // namespace detail
+
 // The cost (eq. 41) of nothing but the torques that friction takes on the reference: no controller
 // that stays on the path costs less, for the reference torques are without friction.
 inline double friction_cost(const Scenario& scenario) {
@@ -33,9 +39,13 @@ inline double friction_cost(const Scenario& scenario) {
   double sum = 0;
   for (Eigen::Index k = 0; k < t.size(); ++k) {
     const TorquePair<double> speed = wheel_speeds(scenario.robot, t.v(k), t.omega(k));
-    for (const double wheel : {speed.left, speed.right}) {
-      const double torque = scenario.viscous_friction * std::fabs(wheel) +
-                            (wheel != 0 ? scenario.coulomb_friction : 0.0);
+    // What scrub takes of the left wheel, and gives back at the right one.
+    const double scrub = (scenario.viscous_scrub * t.omega(k) +
+                          detail::sign_of(t.omega(k)) * scenario.coulomb_scrub) *
+                         scenario.robot.wheel_radius / scenario.robot.track_width;
+    for (const auto& [wheel, more] : {std::pair{speed.left, scrub}, {speed.right, -scrub}}) {
+      const double torque = scenario.viscous_friction * wheel +
+                            detail::sign_of(wheel) * scenario.coulomb_friction + more;
       sum += torque * torque;
     }
   }

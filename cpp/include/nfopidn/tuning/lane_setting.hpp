@@ -44,12 +44,8 @@ class LaneSetting {
   const PreparedRun& run() const { return *run_; }
 
   static LaneRun own(const Scenario& s) {
-    return {s.robot,
-            {s.viscous_friction, s.coulomb_friction},
-            {s.disturbance[0][0], s.disturbance[0][1]},
-            s.pose_noise[0],
-            s.pose_noise[1],
-            detail::start_state(s),
+    return {s.robot,         detail::friction_of(s), {s.disturbance[0][0], s.disturbance[0][1]},
+            s.pose_noise[0], s.pose_noise[1],        detail::start_state(s),
             s.seed};
   }
 
@@ -94,7 +90,7 @@ struct WaitingRun {
   Result* result;
   LaneRun run;
 
-  bool is_braked() const { return run.friction.viscous > 0; }
+  bool is_braked() const { return run.friction.is_braked(); }
 };
 
 // Lanes have one delay, and all or none of them viscous friction: calls use(first, runs) for the

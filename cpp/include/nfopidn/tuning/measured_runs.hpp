@@ -81,8 +81,8 @@ inline bool share_setting(const Scenario& a, const Scenario& b) {
          a.feedforward_limit == b.feedforward_limit &&
          a.friction_feedforward == b.friction_feedforward &&
          a.friction_feedforward_speed == b.friction_feedforward_speed && same_motor(a, b) &&
-         (a.viscous_friction > 0) == (b.viscous_friction > 0) && a.integrator == b.integrator &&
-         a.substeps == b.substeps && a.delay == b.delay &&
+         detail::friction_of(a).is_braked() == detail::friction_of(b).is_braked() &&
+         a.integrator == b.integrator && a.substeps == b.substeps && a.delay == b.delay &&
          a.divergence_distance == b.divergence_distance && a.cost_weights == b.cost_weights &&
          a.initial_velocity.reference == b.initial_velocity.reference &&
          same_settings(a.modelled_robot(), b.modelled_robot()) &&
