@@ -1,0 +1,85 @@
+"""Whether residuals are white: what a model leaves that it should not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+Array = NDArray[np.float64]
+
+LAGS = 20
+CHANNELS = ("x", "y", "theta")
+OUTLIER = 6.0  # standard deviations
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """Correlations of the residuals of a channel with themselves, later.
+
+    Attributes
+    ----------
+    correlations
+        (lags,) at 1, 2, ... rows.
+    bound
+        half width of the 95 % interval of a white sequence's.
+    p_value
+        of the test by Ljung and Box: how often white residuals would be correlated as much.
+    """
+
+    correlations: Array
+    bound: float
+    p_value: float
+
+    @property
+    def white(self) -> bool:
+        """Whether no dependence shows at 1 %."""
+        return self.p_value >= 0.01
+
+    @property
+    def strongest(self) -> int:
+        """Lag of the largest correlation [rows]."""
+        return int(np.argmax(np.abs(self.correlations))) + 1
+
+
+def whiteness(residuals: Sequence[Array], estimated: int = 0) -> Whiteness:
+    """Test the residuals of a channel: sequences (n,), each of its own window.
+
+    What the windows' own first states take out of the residuals correlates them a little, negatively;
+    `estimated` numbers of the channel in a window widen the bound and lessen the test's count.
+    """
+    lags = max(1, min(LAGS, min(len(r) for r in residuals) // 2))
+    centred = [np.clip(r, *(np.array([-1, 1]) * OUTLIER * _deviation(residuals))) for r in residuals]
+    power = sum(float(r @ r) for r in centred)
+    count = sum(len(r) for r in centred)
+    if power <= 0:
+        return Whiteness(np.zeros(lags), 0.0, 1.0)
+    found = np.array([sum(float(r[k:] @ r[:-k]) for r in centred) for k in range(1, lags + 1)])
+    correlations = found / power
+    # An estimate of `estimated` numbers from n rows leaves correlations of about -estimated / n.
+    usual = estimated * len(residuals) / count
+    pairs = np.array([sum(len(r) - k for r in centred) for k in range(1, lags + 1)])
+    excess = np.sign(correlations + usual) * np.maximum(np.abs(correlations + usual) - usual, 0)
+    statistic = float(np.sum(excess**2 * count**2 / np.maximum(pairs, 1)))
+    return Whiteness(correlations, 1.96 / np.sqrt(count) + usual, float(chi2.sf(statistic, lags)))
+
+
+def _deviation(residuals: Sequence[Array]) -> float:
+    """Return the standard deviation, of the middle half."""
+    return max(1.4826 * float(np.median(np.abs(np.concatenate(residuals)))), 1e-12)
+
+
+def noise_of(residuals: Sequence[Array], estimated: float) -> tuple[float, float]:
+    """Return standard deviations of position [m] and heading [rad] of residuals (n, 3).
+
+    The median tells them, so that outliers do not; `estimated` numbers were taken out of all.
+    """
+    rows = np.abs(np.concatenate(residuals))
+    freedom = np.sqrt(max(1 - estimated / rows.size, 0.1))
+    floor = 0.2 * np.sqrt(np.mean(np.minimum(rows, np.percentile(rows, 99, axis=0)) ** 2, axis=0))
+    position = max(1.4826 * float(np.median(rows[:, :2])), float(floor[:2].max())) / freedom
+    heading = max(1.4826 * float(np.median(rows[:, 2])), float(floor[2])) / freedom
+    return max(position, 1e-6), max(heading, 1e-6)
