@@ -1,6 +1,6 @@
 """From logs of commands and motion to a robot and its drive."""
 
-from nfopidn.identification.identify import identify
+from nfopidn.identification.identifier import identify
 from nfopidn.identification.residuals import Whiteness
 from nfopidn.identification.result import IdentificationResult
 

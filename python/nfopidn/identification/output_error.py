@@ -105,14 +105,14 @@ def fit(problem: Problem, values: Array, states: Array, most: int = _MOST_STEPS)
     cost = _cost(problem, values, states)
     system = _System(problem, values, states)
     for _ in range(most):
-        moved_values, moved_states, expected = system.step(damping)
+        moved_values, moved_states = system.step(damping)
         moved_cost = _cost(problem, moved_values, moved_states)
         if np.isfinite(moved_cost) and moved_cost <= cost:
             gained = cost - moved_cost
             values, states, cost = moved_values, moved_states, moved_cost
             system = _System(problem, values, states)
             damping = max(damping * 0.2, 1e-9)
-            if gained <= 1e-6 * (1 + cost) and expected <= 1e-5 * (1 + cost):
+            if gained <= 1e-6 * (1 + cost):
                 break
         else:
             damping *= 8
@@ -166,9 +166,7 @@ def _local(problem: Problem, i: int, values: Array, speed: Array) -> Array:
 def _placed(local: Array, state: Array) -> Array:
     c, s = np.cos(state[2]), np.sin(state[2])
     x, y, theta = local.T
-    return np.column_stack(
-        [state[0] + c * x - s * y, state[1] + s * x + c * y, state[2] + theta]
-    )
+    return np.column_stack([state[0] + c * x - s * y, state[1] + s * x + c * y, state[2] + theta])
 
 
 def _weights(problem: Problem, residual: Array) -> Array:
@@ -209,19 +207,28 @@ class _System:
 
     def __init__(self, problem: Problem, values: Array, states: Array) -> None:
         self._problem, self._values, self._states = problem, values, states
-        count = len(values)
-        self._inner: list[tuple[Array, Array, Array]] = []
+        self._parts = [self._window(i) for i in range(len(problem.windows))]
+        self.triangle, self._right, inner = self._eliminated(0.0)
+        self.expected = 0.5 * float(self._right @ self._right)
+        self.expected += 0.5 * sum(float(right @ right) for _, right, _ in inner)
+
+    def _eliminated(self, damping: float) -> tuple[Array, Array, list[tuple[Array, Array, Array]]]:
+        """Return R and right side of the parameters, and what gives each window's first state."""
+        count = len(self._values)
+        inner: list[tuple[Array, Array, Array]] = []
         rows: list[Array] = []
-        for i in range(len(problem.windows)):
-            residual, of_values, of_state = self._window(i)
-            q, r = np.linalg.qr(of_state)
-            self._inner.append((r, q.T @ residual, q.T @ of_values))
+        for residual, of_values, of_state in self._parts:
             both = np.column_stack([of_values, residual])
-            both -= q @ (q.T @ both)
-            rows.append(np.linalg.qr(both, mode="r"))
-        stacked = np.linalg.qr(np.vstack(rows), mode="r") if rows else np.zeros((0, count + 1))
-        self.triangle: Array = stacked[:count, :count]
-        self._right: Array = stacked[:count, count]
+            if damping > 0:
+                size = np.maximum(np.linalg.norm(of_state, axis=0), 1e-12)
+                of_state = np.vstack([of_state, np.sqrt(damping) * np.diag(size)])
+                both = np.vstack([both, np.zeros((5, count + 1))])
+            q, r = np.linalg.qr(of_state)
+            inside = q.T @ both
+            inner.append((r, inside[:, count], inside[:, :count]))
+            rows.append(np.linalg.qr(both - q @ inside, mode="r"))
+        stacked = np.linalg.qr(np.vstack(rows), mode="r")
+        return stacked[:count, :count], stacked[:count, count], inner
 
     def _window(self, i: int) -> tuple[Array, Array, Array]:
         """Return weighted residuals (3 n,) and their derivatives by values and first state."""
@@ -259,13 +266,14 @@ class _System:
         difference: Array = (ends[0] - ends[1]) / (2 * _STEP)
         return difference
 
-    def step(self, damping: float) -> tuple[Array, Array, float]:
-        """Return the damped step's parameters and states, and what it should gain."""
+    def step(self, damping: float) -> tuple[Array, Array]:
+        """Return the damped step's parameters and states."""
         problem, count = self._problem, len(self._values)
-        move = self._move(damping, np.ones(count, dtype=bool))
+        triangle, right, inner = self._eliminated(damping)
+        move = self._move(triangle, right, damping, np.ones(count, dtype=bool))
         outward = (self._values <= problem.low) & (move < 0)
         if outward.any():
-            move = self._move(damping, ~outward)
+            move = self._move(triangle, right, damping, ~outward)
         values = self._values.copy()
         for k in range(count):
             if problem.low[k] > 0:
@@ -275,20 +283,19 @@ class _System:
                 values[k] = max(values[k] + move[k] * problem.scale[k], problem.low[k])
                 move[k] = (values[k] - self._values[k]) / problem.scale[k]
         states = self._states.copy()
-        expected = 0.5 * float(self._right @ self._right) if count else 0.0
-        for i, (r, right_of_state, by_values) in enumerate(self._inner):
+        for i, (r, right_of_state, by_values) in enumerate(inner):
             states[i] -= np.linalg.lstsq(r, right_of_state + by_values @ move, rcond=None)[0]
-            expected += 0.5 * float(right_of_state @ right_of_state)
-        return values, states, expected
+        return values, states
 
-    def _move(self, damping: float, free: NDArray[np.bool_]) -> Array:
+    def _move(
+        self, triangle: Array, right: Array, damping: float, free: NDArray[np.bool_]
+    ) -> Array:
         """Return the damped step of the parameters that may move."""
         move = np.zeros(len(self._values))
         if free.any():
-            triangle = self.triangle[:, free]
-            scale = np.linalg.norm(triangle, axis=0)
-            scale = np.where(scale > 0, scale, 1.0)
-            matrix = np.vstack([triangle, np.sqrt(damping) * np.diag(scale)])
-            right = np.concatenate([-self._right, np.zeros(len(scale))])
-            move[free] = np.linalg.lstsq(matrix, right, rcond=None)[0]
+            size = np.linalg.norm(triangle[:, free], axis=0)
+            size = np.where(size > 0, size, 1.0)
+            matrix = np.vstack([triangle[:, free], np.sqrt(damping) * np.diag(size)])
+            both = np.concatenate([-right, np.zeros(len(size))])
+            move[free] = np.linalg.lstsq(matrix, both, rcond=None)[0]
         return move

@@ -52,7 +52,9 @@ def whiteness(residuals: Sequence[Array], estimated: int = 0) -> Whiteness:
     `estimated` numbers of the channel in a window widen the bound and lessen the test's count.
     """
     lags = max(1, min(LAGS, min(len(r) for r in residuals) // 2))
-    centred = [np.clip(r, *(np.array([-1, 1]) * OUTLIER * _deviation(residuals))) for r in residuals]
+    centred = [
+        np.clip(r, *(np.array([-1, 1]) * OUTLIER * _deviation(residuals))) for r in residuals
+    ]
     power = sum(float(r @ r) for r in centred)
     count = sum(len(r) for r in centred)
     if power <= 0:

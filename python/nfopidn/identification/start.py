@@ -64,7 +64,11 @@ def drive_start(
     )
     soft = max(_STANDSTILL * float(np.sqrt(np.mean(wheels**2))), 1e-9)
     sign = np.tanh(wheels / soft)
-    use = smooth.good & (np.arange(len(torque)) >= half) & (np.arange(len(torque)) < len(torque) - half)
+    use = (
+        smooth.good
+        & (np.arange(len(torque)) >= half)
+        & (np.arange(len(torque)) < len(torque) - half)
+    )
     found: dict[str, float] = {}
     friction: list[tuple[float, float]] = []
     left = total = 0.0
@@ -106,7 +110,11 @@ def velocity_start(
     That is, with the acceleration as the dependent variable, dv/dt = (k u - v) / T.
     """
     speed, acceleration = speeds(smooth)
-    use = smooth.good & (np.arange(len(command)) >= half) & (np.arange(len(command)) < len(command) - half)
+    use = (
+        smooth.good
+        & (np.arange(len(command)) >= half)
+        & (np.arange(len(command)) < len(command) - half)
+    )
     mean = averaged(command, half)[use]
     found: dict[str, float] = {}
     lags: list[float] = []

@@ -90,7 +90,9 @@ def _without_outliers(pose: Array) -> Array:
     middle = median_filter(pose, size=(5, 1), mode="nearest")
     away = np.abs(pose - middle)
     limit = 10 * np.maximum(1.4826 * np.median(away, axis=0), 1e-9)
-    result: Array = np.where(away > np.maximum(limit, 5 * np.percentile(away, 90, axis=0)), middle, pose)
+    result: Array = np.where(
+        away > np.maximum(limit, 5 * np.percentile(away, 90, axis=0)), middle, pose
+    )
     return result
 
 

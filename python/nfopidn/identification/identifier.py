@@ -260,16 +260,19 @@ class _Identification:
                 best = (left, delay, found)
         self._delay: float = best[1]
         self._refuse_signs(best[2], best[0])
-        plus = {} if robot is None else self._drive_model((), values).added() if asked.model != "velocity" else {}
+        plus = {} if asked.model == "velocity" else self._drive_model((), values).added()
         for name, value in best[2].items():
             if name in asked.free:
-                values[name] = max(value - plus.get(name, 0.0), 0.1 * value, self._parameters[name].low)
+                own = max(value - plus.get(name, 0.0), 0.1 * value)
+                values[name] = max(own, self._parameters[name].low)
         return values
 
     def _refuse_signs(self, found: Mapping[str, float], left: float) -> None:
         if left > 0.5:  # not clear enough to say anything of signs
             return
-        wrong = [name for name in ("mass", "inertia", "gain", "turn_gain") if found.get(name, 1) < 0]
+        wrong = [
+            name for name in ("mass", "inertia", "gain", "turn_gain") if found.get(name, 1) < 0
+        ]
         if wrong == ["inertia"]:
             other = "; signs says whose left and right they are: the log's look like the other ones"
         elif wrong:
@@ -349,7 +352,9 @@ class _Identification:
         validation = sorted({int(place) for place in seen})
         return [i for i in range(count) if i not in validation], validation
 
-    def _found(self, names: tuple[str, ...], delay: float, start: _Found | None, places: Sequence[int]) -> _Found:
+    def _found(
+        self, names: tuple[str, ...], delay: float, start: _Found | None, places: Sequence[int]
+    ) -> _Found:
         problem = self._problem(names, delay).only(places)
         values = np.array([self._values[name] for name in names])
         states = np.array([w.start for w in problem.windows])
@@ -388,7 +393,10 @@ class _Identification:
             fits[delay] = self._found(start.names, delay, start, places)
             return fits[delay].fit.cost
 
-        around = (max(self._delay - 1, 0) if not self._own_clock else self._delay - 1, self._delay + 1)
+        around = (
+            max(self._delay - 1, 0) if not self._own_clock else self._delay - 1,
+            self._delay + 1,
+        )
         found = minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": 5e-3})
         if fits[found.x].fit.cost < start.fit.cost:
             self._delay = float(found.x)
@@ -436,12 +444,16 @@ class _Identification:
             found = self._found(told, self._delay, found, train)
         if self._asked.delay == "fractional":
             found = self._fraction(found, train)
-        errors = [self._error(found.problem, found.fit), np.nan]
+        errors = [_error(found.fit, self._deviation(), len(told)), np.nan]
+        states = np.array([w.start for w in self._windows])
+        states[train] = found.fit.states
         if validation:
-            seen = self._problem(told, self._delay).only(validation)
-            starts = np.array([w.start for w in seen.windows])
-            errors[1] = self._error(seen, fit_states(seen, found.fit.values, starts))
-        final = self._found(told, self._delay, found, range(len(self._windows)))
+            unseen = self._problem(told, self._delay).only(validation)
+            judged = fit_states(unseen, found.fit.values, states[validation])
+            errors[1] = _error(judged, self._deviation(), 0)
+            states[validation] = judged.states
+        whole = replace(found, fit=replace(found.fit, states=states))
+        final = self._found(told, self._delay, whole, range(len(self._windows)))
         return self._report(final, errors, validation)
 
     def _refuse_rest(self) -> None:
@@ -474,11 +486,8 @@ class _Identification:
             self._values[name] = 0.0
         return self._values[name]
 
-    def _error(self, problem: Problem, found: Fit) -> float:
-        deviation = np.array([self._noise[0], self._noise[0], self._noise[1]])
-        rows = np.concatenate(found.residuals) / deviation
-        free = 1 - (found.states.size + found.values.size * (problem is not None)) / rows.size
-        return float(np.sqrt(np.mean(np.minimum(rows**2, OUTLIER**2)) / max(free, 0.1)))
+    def _deviation(self) -> Array:
+        return np.array([self._noise[0], self._noise[0], self._noise[1]])
 
     # The report.
 
@@ -503,11 +512,15 @@ class _Identification:
             ]
         )
         residual = self._motion.pose[rows] - model
-        deviation = np.array([self._noise[0], self._noise[0], self._noise[1]])
+        deviation = self._deviation()
         far = (np.abs(residual) > OUTLIER * deviation).any(axis=1)
         if far.any():
             self._notes.append(f"{int(far.sum())} of {len(rows)} rows are outliers")
-        used = [name for name in values if name in names or name in FREE[self._asked.model] or name in self._asked.free]
+        used = [
+            name
+            for name in values
+            if name in names or name in FREE[self._asked.model] or name in self._asked.free
+        ]
         units = {name: self._parameters[name].unit for name in used} | {"delay": "samples"}
         torque = 1.0
         if self._asked.model != "velocity":
@@ -545,6 +558,13 @@ class _Identification:
             torque_limit=torque,
             nodes=nodes,
         )
+
+
+def _error(found: Fit, deviation: Array, parameters: int) -> float:
+    """Return the root mean square of residuals over noise; outliers count as their limit."""
+    rows = np.concatenate(found.residuals) / deviation
+    free = 1 - (found.states.size + parameters) / rows.size
+    return float(np.sqrt(np.mean(np.minimum(rows**2, OUTLIER**2)) / max(free, 0.1)))
 
 
 def _inverse(triangle: Array) -> Array:
