@@ -3,9 +3,9 @@
 python bench/identification.py [--seeds 10]
 
 The truth: 12.7 kg, 0.41 kg m^2, Coulomb friction 0.12 N m, viscous friction 0.02 N m s/rad, two
-samples of delay. 60 s at 20 Hz, noise of 10 mm and 10 mrad. Two logs of it: "steps" has torques that
-change in steps, sum and difference each by itself, around the friction's; "lap" is a controller
-that drives an eight. Both are played open: what is identified sees torques and noisy poses alone.
+samples of delay. 60 s at 20 Hz, noise of 10 mm and 10 mrad. Two logs of it: "steps" has torques
+that change in steps, their sum and their difference each by itself; "lap" is a controller that
+drives an eight. What is identified sees torques and noisy poses alone.
 """
 
 import argparse
@@ -24,7 +24,7 @@ DT, SAMPLES = 0.05, 1201
 def steps(rng: np.random.Generator) -> np.ndarray:
     """Torques (SAMPLES, 2) that push, coast, brake and turn, both ways, for 0.6 to 1.6 s each."""
     torque = np.zeros((SAMPLES, 2))
-    for sign, strength, column in ((1, 1.0, 0), (-1, 0.45, 1)):
+    for strength, sides in ((1.0, [1, 1]), (0.45, [1, -1])):
         k, way = 0, 1
         wave = np.zeros(SAMPLES)
         while k < SAMPLES:
@@ -33,7 +33,7 @@ def steps(rng: np.random.Generator) -> np.ndarray:
             wave[k + length : k + 2 * length] = -way * rng.uniform(0.0, 0.8) * strength
             k += 2 * length
             way = -way if rng.random() < 0.5 else way
-        torque += np.outer(wave, [1, 1] if column == 0 else [1, -1])
+        torque += np.outer(wave, sides)
     return torque
 
 

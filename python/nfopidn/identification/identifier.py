@@ -26,7 +26,7 @@ MODELS = ("torque", "voltage", "velocity")
 SIGNS = ("paper", "rep103")
 LOSSES = ("huber", "squares")
 LEAST_WINDOWS = 4
-_UNSURE = 0.5  # relative standard error beyond which a parameter counts as not told
+_UNSURE = 0.3  # relative standard error beyond which a parameter counts as not told
 _SINGULAR = 1e-3  # of the normalised Jacobian
 
 
@@ -214,7 +214,7 @@ class _Identification:
         self._notes = list(motion.notes)
         self._parameters: Mapping[str, Parameter] = PARAMETERS[asked.model]
         count = int(np.floor(motion.t[-1] / self._dt + 1e-6)) + 1
-        self._nodes = np.arange(count) * self._dt
+        self._nodes: Array = np.arange(count, dtype=float) * self._dt
         self._smooth: Smoothed = smoothed(motion, self._nodes)
         self._own_clock = any("own clock" in note for note in motion.notes)
         self._noise = self._smooth.noise
@@ -237,7 +237,7 @@ class _Identification:
     def _first_values(self) -> dict[str, float]:
         """Set the delay and return the values at which the search starts, of all parameters."""
         asked, robot = self._asked, self._asked.robot
-        values = {name: 1.0 for name in self._parameters}
+        values = dict.fromkeys(self._parameters, 1.0)
         if asked.model == "velocity":
             values["lag"] = 2 * self._dt
         else:
@@ -251,7 +251,7 @@ class _Identification:
         for delay in self._delays():
             command = self._commands(around, delay)
             if asked.model == "velocity":
-                found, left = velocity_start(self._smooth, command, half)
+                found, left = velocity_start(self._smooth, command, self._dt, half)
             else:
                 assert robot is not None
                 model = DriveModel(self._dt, robot, asked.motor, (), values)
@@ -543,7 +543,7 @@ class _Identification:
             train_error=errors[0],
             validation_error=errors[1],
             whiteness={
-                name: whiteness([r[:, i] for r in final.fit.residuals], (2, 2, 2)[i])
+                name: whiteness([r[:, i] for r in final.fit.residuals], 5 / 3)
                 for i, name in enumerate(CHANNELS)
             },
             outliers=rows[far],
@@ -598,7 +598,7 @@ def _groups(found: _Found) -> tuple[tuple[str, ...], ...]:
 
 
 def _untold(names: Sequence[str], normal: Array, size: Array) -> list[str]:
-    """Return the parameters to hold so that the others can be told: the last of each combination."""
+    """Return the parameters to hold: of each combination that has no effect the last."""
     held_back: list[str] = []
     kept: list[int] = []
     for k, name in enumerate(names):

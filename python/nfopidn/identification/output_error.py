@@ -202,6 +202,11 @@ def _shifted(problem: Problem, values: Array, place: int, by: float) -> Array:
     return moved
 
 
+def _triangle(matrix: Array) -> Array:
+    """Return R of the QR decomposition."""
+    return np.asarray(np.linalg.qr(matrix, mode="r"), dtype=float)
+
+
 class _System:
     """Residuals and Jacobian at a point, the first states of the windows eliminated."""
 
@@ -219,15 +224,16 @@ class _System:
         rows: list[Array] = []
         for residual, of_values, of_state in self._parts:
             both = np.column_stack([of_values, residual])
+            matrix = of_state
             if damping > 0:
                 size = np.maximum(np.linalg.norm(of_state, axis=0), 1e-12)
-                of_state = np.vstack([of_state, np.sqrt(damping) * np.diag(size)])
+                matrix = np.vstack([of_state, np.sqrt(damping) * np.diag(size)])
                 both = np.vstack([both, np.zeros((5, count + 1))])
-            q, r = np.linalg.qr(of_state)
+            q, r = np.linalg.qr(matrix)
             inside = q.T @ both
             inner.append((r, inside[:, count], inside[:, :count]))
-            rows.append(np.linalg.qr(both - q @ inside, mode="r"))
-        stacked = np.linalg.qr(np.vstack(rows), mode="r")
+            rows.append(_triangle(both - q @ inside))
+        stacked = _triangle(np.vstack(rows))
         return stacked[:count, :count], stacked[:count, count], inner
 
     def _window(self, i: int) -> tuple[Array, Array, Array]:

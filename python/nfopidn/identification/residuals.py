@@ -45,11 +45,11 @@ class Whiteness:
         return int(np.argmax(np.abs(self.correlations))) + 1
 
 
-def whiteness(residuals: Sequence[Array], estimated: int = 0) -> Whiteness:
+def whiteness(residuals: Sequence[Array], estimated: float = 0.0) -> Whiteness:
     """Test the residuals of a channel: sequences (n,), each of its own window.
 
-    What the windows' own first states take out of the residuals correlates them a little, negatively;
-    `estimated` numbers of the channel in a window widen the bound and lessen the test's count.
+    The windows' own first states, `estimated` numbers of the channel in each, take something out of
+    the residuals, which correlates them a little, negatively; that is allowed for.
     """
     lags = max(1, min(LAGS, min(len(r) for r in residuals) // 2))
     centred = [
@@ -64,8 +64,8 @@ def whiteness(residuals: Sequence[Array], estimated: int = 0) -> Whiteness:
     # An estimate of `estimated` numbers from n rows leaves correlations of about -estimated / n.
     usual = estimated * len(residuals) / count
     pairs = np.array([sum(len(r) - k for r in centred) for k in range(1, lags + 1)])
-    excess = np.sign(correlations + usual) * np.maximum(np.abs(correlations + usual) - usual, 0)
-    statistic = float(np.sum(excess**2 * count**2 / np.maximum(pairs, 1)))
+    allowed = correlations + usual * pairs / count
+    statistic = float(np.sum(allowed**2 * count**2 / np.maximum(pairs, 1)))
     return Whiteness(correlations, 1.96 / np.sqrt(count) + usual, float(chi2.sf(statistic, lags)))
 
 

@@ -150,6 +150,8 @@ class IdentificationResult:
         for name, value in self.parameters.items():
             error = self.standard_errors.get(name)
             sure = "as given" if error is None else f"+- {error:.2g}"
+            if name == "delay":
+                sure = f"of {self.dt:.4g} s"
             if name in self.undetermined:
                 sure = "as given; the log does not tell it"
             lines.append(f"{name:{width}}  {value:.6g} {self.units[name]} ({sure})")

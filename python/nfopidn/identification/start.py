@@ -6,10 +6,9 @@ factors, mass and inertia, towards zero.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from nfopidn._core import Robot
 from nfopidn.identification.windows import Smoothed
@@ -103,33 +102,29 @@ def drive_start(
 
 
 def velocity_start(
-    smooth: Smoothed, command: Array, half: int
-) -> tuple[Mapping[str, float], float]:
-    """Return gains and lag, and the share of the speeds that they leave: v = k u - T dv/dt.
+    smooth: Smoothed, command: Array, dt: float, half: int
+) -> tuple[dict[str, float], float]:
+    """Return gains and lag, and the share of the speeds that they leave.
 
-    That is, with the acceleration as the dependent variable, dv/dt = (k u - v) / T.
+    For each of a row of lags the commands are let lag, and the speeds fitted to what comes out.
     """
-    speed, acceleration = speeds(smooth)
-    use = (
-        smooth.good
-        & (np.arange(len(command)) >= half)
-        & (np.arange(len(command)) < len(command) - half)
-    )
-    mean = averaged(command, half)[use]
-    found: dict[str, float] = {}
-    lags: list[float] = []
-    left = total = 0.0
-    for axis, name in enumerate(("gain", "turn_gain")):
-        if np.sqrt(np.mean(mean[:, axis] ** 2)) < 1e-9:
-            continue
-        terms = np.column_stack([mean[:, axis], -speed[use, axis]])
-        goal = acceleration[use, axis]
-        factors = np.linalg.lstsq(terms, goal, rcond=None)[0]
-        left += float(np.var(goal - terms @ factors)) / max(float(np.var(goal)), 1e-12)
-        total += 1
-        found[name] = float(mean[:, axis] @ speed[use, axis] / (mean[:, axis] @ mean[:, axis]))
-        if factors[1] > 0:
-            lags.append(1 / float(factors[1]))
-    if lags:
-        found["lag"] = float(np.median(lags))
-    return found, left / max(total, 1.0)
+    speed, _ = speeds(smooth)
+    place = np.arange(len(command))
+    use = smooth.good & (place >= half) & (place < len(command) - half)
+    best: tuple[dict[str, float], float] = ({}, np.inf)
+    for lag in dt * 2.0 ** np.arange(-2, 6):
+        keep = np.exp(-dt / lag)
+        late = averaged(lfilter([1 - keep], [1, -keep], command, axis=0), half)[use]
+        found = {"lag": float(lag)}
+        left = total = 0.0
+        for axis, name in enumerate(("gain", "turn_gain")):
+            power = float(late[:, axis] @ late[:, axis])
+            if power < 1e-12 * len(late):
+                continue
+            found[name] = float(late[:, axis] @ speed[use, axis]) / power
+            rest = speed[use, axis] - found[name] * late[:, axis]
+            left += float(np.var(rest)) / max(float(np.var(speed[use, axis])), 1e-12)
+            total += 1
+        if total and left / total < best[1]:
+            best = (found, left / total)
+    return best
