@@ -231,8 +231,8 @@ class _Identification:
         most = self._asked.max_delay
         return list(range(-most if self._own_clock else 0, most + 1))
 
-    def _commands(self, edges: Array, delay: float) -> Array:
-        return held(self._motion, edges, delay * self._dt)
+    def _commands(self, edges: NDArray[np.floating[Any]], delay: float) -> Array:
+        return held(self._motion, np.asarray(edges, dtype=float), delay * self._dt)
 
     def _first_values(self) -> dict[str, float]:
         """Set the delay and return the values at which the search starts, of all parameters."""
@@ -571,8 +571,7 @@ def _inverse(triangle: Array) -> Array:
     """Return (R' R)^-1."""
     if triangle.shape[1] == 0:
         return np.zeros((0, 0))
-    inverse: Array = np.linalg.pinv(triangle.T @ triangle)
-    return inverse
+    return np.asarray(np.linalg.pinv(triangle.T @ triangle), dtype=float)
 
 
 def _singular(triangle: Array) -> Array:
