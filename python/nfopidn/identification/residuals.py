@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 LAGS = 20
 CHANNELS = ("x", "y", "theta")
 OUTLIER = 6.0  # standard deviations
+_WITHIN_THREE = 0.98658  # deviation of a standard normal's part within three
 
 
 @dataclass(frozen=True)
@@ -77,11 +78,18 @@ def _deviation(residuals: Sequence[Array]) -> float:
 def noise_of(residuals: Sequence[Array], estimated: float) -> tuple[float, float]:
     """Return standard deviations of position [m] and heading [rad] of residuals (n, 3).
 
-    The median tells them, so that outliers do not; `estimated` numbers were taken out of all.
+    Rows within three deviations tell them, first counted from the median, so that outliers do not;
+    `estimated` numbers were taken out of all.
     """
-    rows = np.abs(np.concatenate(residuals))
+    rows = np.concatenate(residuals)
     freedom = np.sqrt(max(1 - estimated / rows.size, 0.1))
-    floor = 0.2 * np.sqrt(np.mean(np.minimum(rows, np.percentile(rows, 99, axis=0)) ** 2, axis=0))
-    position = max(1.4826 * float(np.median(rows[:, :2])), float(floor[:2].max())) / freedom
-    heading = max(1.4826 * float(np.median(rows[:, 2])), float(floor[2])) / freedom
-    return max(position, 1e-6), max(heading, 1e-6)
+    return _inner(rows[:, :2]) / freedom, _inner(rows[:, 2]) / freedom
+
+
+def _inner(values: Array) -> float:
+    """Return the standard deviation of a normal distribution by its part within three of them."""
+    size = np.abs(values)
+    # Where more than half are alike, as those of coarse counters, the median tells nothing.
+    deviation = max(1.4826 * float(np.median(size)), 0.2 * float(np.percentile(size, 99)), 1e-9)
+    inner = size[size <= 3 * deviation]
+    return max(float(np.sqrt(np.mean(inner**2))) / _WITHIN_THREE, 1e-6)
