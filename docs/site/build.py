@@ -31,7 +31,7 @@ ASSETS = ("docs/images/*", "docs/study/*")
 
 # The order of the sidebar. Guides that are not named come after those that are.
 GUIDES = (
-    *("trajectories", "formats"),
+    *("trajectories", "formats", "identification"),
     *("tuning", "stability", "robustness", "physics", "comparison", "rivals", "embedding"),
     "fractional",
     "report",

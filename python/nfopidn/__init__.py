@@ -29,6 +29,7 @@ from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contend
 from nfopidn.engines import EngineError
 from nfopidn.export import export_c, export_cpp
 from nfopidn.families import Family, simulate_many
+from nfopidn.identification import IdentificationResult, identify
 from nfopidn.montecarlo.result import MonteCarloResult
 from nfopidn.montecarlo.runs import monte_carlo
 from nfopidn.reporting import report
@@ -51,6 +52,7 @@ __all__ = [
     "EngineError",
     "Family",
     "Forager",
+    "IdentificationResult",
     "MonteCarloResult",
     "Motor",
     "Objective",
@@ -72,6 +74,7 @@ __all__ = [
     "families",
     "formats",
     "fractional",
+    "identify",
     "monte_carlo",
     "montecarlo",
     "mujoco",

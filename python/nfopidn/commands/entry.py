@@ -14,6 +14,7 @@ from nfopidn import _core
 from nfopidn.arguments import check_encoding
 from nfopidn.commands.compare import add_compare
 from nfopidn.commands.front import EXIT_DIVERGED, write_front
+from nfopidn.commands.identify import add_identify
 from nfopidn.commands.monte_carlo import add_monte_carlo
 from nfopidn.commands.parsing import limits, pairs, parse
 from nfopidn.commands.physics import add_physics
@@ -420,6 +421,7 @@ def main(words: Sequence[str] | None = None) -> int:
     add_report(commands)
     add_study(commands)
     add_trajectory(commands)
+    add_identify(commands)
     add_verdict(commands)
     try:
         for word in words:

@@ -34,6 +34,7 @@ matplotlib's settings, and matplotlib is loaded when the first figure is asked f
 `tornado`                  which parameter drives them
 `failures`                 where in the parameters' space runs fail
 `quantile_bands`           between which errors shares of the runs lie along the path
+`identification`           measured against simulated motion of a log, and what is left
 `overview`                 a run on one page
 ========================== ========================================================
 """
@@ -44,6 +45,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nfopidn.plot.comparisons import comparison, distances, paths
     from nfopidn.plot.filters import weights, z_plane
+    from nfopidn.plot.identification import identification
     from nfopidn.plot.montecarlo import cost_histogram, failures, quantile_bands, tornado
     from nfopidn.plot.operators import discretisation
     from nfopidn.plot.page import overview
@@ -81,6 +83,7 @@ __all__ = [
     "feedback_torque",
     "feedforward_torque",
     "hypervolume",
+    "identification",
     "margin_bars",
     "multipliers",
     "operator_z_plane",
@@ -113,6 +116,7 @@ _MODULES = (
     "robustness",
     "montecarlo",
     "pareto",
+    "identification",
 )
 
 

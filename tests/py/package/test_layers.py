@@ -40,6 +40,7 @@ MODULES = [
     "families",
     "robustness",
     "plot",
+    "identification",
     "montecarlo",
     "search",
     "tuning",
