@@ -1,4 +1,6 @@
 // The command of nfopidn_sim, for `nfopidn simulate`.
+#include <pybind11/stl.h>
+
 #include <csignal>
 
 #include "bindings.hpp"

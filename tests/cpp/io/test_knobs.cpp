@@ -238,12 +238,15 @@ Knobs<Scenario> scenario_knobs() {
     };
   };
   using M = Motor<double>;
-  knobs["motor"].turns = {
-      drive_with(&M::resistance, 4),           drive_with(&M::torque_constant, 0.02),
-      drive_with(&M::back_emf_constant, 0.02), drive_with(&M::gear_ratio, 20),
-      drive_with(&M::rotor_inertia, 1e-4),     drive_with(&M::viscous_friction, 0.05),
-      drive_with(&M::coulomb_friction, 0.05),  drive_with(&M::supply_voltage, 2),
-      drive_with(&M::dead_band, 0.5)};
+  knobs["motor"].turns = {drive_with(&M::resistance, 4),
+                          drive_with(&M::torque_constant, 0.02),
+                          drive_with(&M::back_emf_constant, 0.015),
+                          drive_with(&M::gear_ratio, 20),
+                          drive_with(&M::rotor_inertia, 1e-4),
+                          drive_with(&M::viscous_friction, 0.05),
+                          drive_with(&M::coulomb_friction, 0.05),
+                          drive_with(&M::supply_voltage, 2),
+                          drive_with(&M::dead_band, 0.5)};
   knobs["encoder_counts"].turns = {[](S& s) { s.encoder_counts = 50; },
                                    [](S& s) { s.encoder_counts = 100; }};
   knobs["odometry_errors"].turns = {[](S& s) {

@@ -104,6 +104,16 @@ def test_what_acts_in_a_scenario_acts_in_the_engine(changes):
     np.testing.assert_allclose(result.pose[0], expected.pose[0], atol=1e-9)
 
 
+def test_heavy_wheels_are_a_robot_with_wheels():
+    """What Robot.with_wheels() adds is what the engine's wheels and rotors add by turning."""
+    robot, armature, mass = FAST.robot, 0.01, 0.2
+    result = run(FAST, TRACKING, armature=armature, wheel_mass=mass, contact_time=0.008)
+    loaded = robot.with_wheels(0.5 * mass * robot.wheel_radius**2 + armature)
+    expected = simulate(FAST.replace(robot=loaded, model=robot), TRACKING)
+    assert result.cost == pytest.approx(expected.cost, rel=0.002)
+    assert abs(expected.cost / simulate(FAST, TRACKING).cost - 1) > 0.1
+
+
 def test_a_result_is_one_of_simulate_s():
     scenario = FAST.replace(delay=1)
     result = run(scenario, TRACKING)

@@ -83,10 +83,10 @@ struct FrictionCoefficients {
   constexpr Number pivot_coupling() const { return other * viscous - half_scrub; }
 };
 
-// What is left of a turning rate, or of an acceleration, that scrub brings as near to zero as it
-// can by at most `limit` of the same unit. Wheels' friction after it completes the step: it turns
-// no turning rate round, so that the three together are as near to zero as they can bring v and
-// omega one after the other (theory.md).
+// What is left of a turning rate, or of its acceleration, when scrub has brought it as near to zero
+// as it can by at most `limit` of the same unit. Friction of the wheels acts after it: that stops a
+// turn but never reverses it, so that one after the other they do what all three contacts do
+// together (docs/theory.md).
 template <class Scalar, class Number>
 constexpr Scalar scrubbed(const Scalar& turning, const Number& limit) {
   using M = math<Scalar>;

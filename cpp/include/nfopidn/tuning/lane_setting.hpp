@@ -93,8 +93,8 @@ struct WaitingRun {
   bool is_braked() const { return run.friction.is_braked(); }
 };
 
-// Lanes have one delay, and all or none of them viscous friction: calls use(first, runs) for the
-// runs of each kind, which are those from `first` on.
+// Lanes have one delay, and all or none of them viscous friction or scrub: calls use(first, runs)
+// for the runs of each kind, which are those from `first` on.
 template <class Result, class Use>
 void for_each_kind(std::vector<WaitingRun<Result>>& waiting, const Use& use) {
   using Waiting = WaitingRun<Result>;

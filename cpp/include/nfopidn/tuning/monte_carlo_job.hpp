@@ -65,7 +65,7 @@ struct MonteCarloJob {
   Integrator integrator;
   double sample_time;
   int substeps;
-  const LaneRun* runs;  // with viscous friction all, or none of them
+  const LaneRun* runs;  // with viscous friction or scrub all, or none
   int count;
   double* costs;  // [count]
   Poll poll;
