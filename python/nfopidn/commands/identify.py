@@ -11,8 +11,7 @@ from nfopidn._core import Motor, Robot, Scenario
 from nfopidn.commands.parsing import pairs
 from nfopidn.files import check_outputs, check_picture, replace_file, save_picture
 from nfopidn.formats import read_urdf
-from nfopidn.identification import identify
-from nfopidn.identification.identifier import LOSSES, MODELS, SIGNS
+from nfopidn.identification.identifier import LOSSES, MODELS, SIGNS, identify
 from nfopidn.identification.table import QUANTITIES, read_columns
 
 

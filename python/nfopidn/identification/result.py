@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from typing import Any
@@ -67,6 +67,12 @@ class IdentificationResult:
         (n,) number of the window, and whether it is one of validation.
     notes
         what was made of the log.
+    given_robot, motor
+        the arguments.
+    torque_limit
+        the largest torque in the log [N m].
+    nodes
+        (n, 4) t [s], x, y [m], theta [rad]: the smoothed motion.
     """
 
     model: str
@@ -91,10 +97,10 @@ class IdentificationResult:
     window: NDArray[np.intp]
     validation: NDArray[np.bool_]
     notes: tuple[str, ...]
-    given_robot: Robot | None
-    motor: Motor | None
-    torque_limit: float
-    nodes: Array
+    given_robot: Robot | None = field(repr=False)
+    motor: Motor | None = field(repr=False)
+    torque_limit: float = field(repr=False)
+    nodes: Array = field(repr=False)
 
     @property
     def robot(self) -> Robot:
