@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from nfopidn._core import Motor, Robot, Scenario
 from nfopidn.files import replace_file
+from nfopidn.identification.models import DRIVES
 from nfopidn.identification.residuals import Whiteness
 from nfopidn.trajectories import from_states
 
@@ -29,7 +30,7 @@ class IdentificationResult:
     Attributes
     ----------
     model
-        "torque", "voltage" or "velocity".
+        "torque", "voltage", "velocity" or "odometry".
     parameters
         values by name, `units` has their units; those that were not free or cannot be had are as
         they were given. `delay` is in samples of `dt`.
@@ -104,7 +105,7 @@ class IdentificationResult:
 
     @property
     def robot(self) -> Robot:
-        """The robot that was given, with what was found of it.
+        """The robot that was given, with what was found of it; of two radii their mean.
 
         Raises
         ------
@@ -114,6 +115,11 @@ class IdentificationResult:
         if self.given_robot is None:
             raise ValueError("no robot was given, and the model velocity finds none by itself")
         p = self.parameters
+        if self.model == "odometry":
+            radii = p["wheel_radius_left"], p["wheel_radius_right"]
+            return self.given_robot.replace(
+                wheel_radius=sum(radii) / 2, track_width=p["track_width"]
+            )
         if self.model != "velocity":
             return self.given_robot.replace(mass=p["mass"], inertia=p["inertia"])
         return self.given_robot.replace(
@@ -131,10 +137,10 @@ class IdentificationResult:
         Raises
         ------
         ValueError
-            The model velocity has no plant, or the smoothed motion is no trajectory.
+            The models velocity and odometry have no plant, or the smoothed motion is no trajectory.
         """
-        if self.model == "velocity":
-            raise ValueError("model='velocity' finds no plant, which a Scenario has")
+        if self.model not in DRIVES:
+            raise ValueError(f"model={self.model!r} finds no plant, which a Scenario has")
         t, x, y, theta = self.nodes.T
         p = self.parameters
         return Scenario(
