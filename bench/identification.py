@@ -12,8 +12,7 @@ import argparse
 import time
 
 import numpy as np
-from nfopidn import Controller, Robot, Scenario, Trajectory, _core, simulate
-from nfopidn.identification import identify
+from nfopidn import Controller, Robot, Scenario, Trajectory, _core, identify, simulate
 
 ROBOT = Robot(mass=12.7, inertia=0.41)
 TRUTH = {"mass": 12.7, "inertia": 0.41, "coulomb_friction": 0.12, "viscous_friction": 0.02}

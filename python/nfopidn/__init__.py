@@ -4,6 +4,7 @@ from nfopidn import (
     families,
     formats,
     fractional,
+    identification,
     montecarlo,
     mujoco,
     pickling,
@@ -29,7 +30,8 @@ from nfopidn.comparison import Comparison, compare, scenario_suite, tune_contend
 from nfopidn.engines import EngineError
 from nfopidn.export import export_c, export_cpp
 from nfopidn.families import Family, simulate_many
-from nfopidn.identification import IdentificationResult, identify
+from nfopidn.identification.identifier import identify
+from nfopidn.identification.result import IdentificationResult
 from nfopidn.montecarlo.result import MonteCarloResult
 from nfopidn.montecarlo.runs import monte_carlo
 from nfopidn.reporting import report
@@ -74,6 +76,7 @@ __all__ = [
     "families",
     "formats",
     "fractional",
+    "identification",
     "identify",
     "monte_carlo",
     "montecarlo",

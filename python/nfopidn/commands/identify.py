@@ -11,8 +11,8 @@ from nfopidn._core import Motor, Robot, Scenario
 from nfopidn.commands.parsing import pairs
 from nfopidn.files import check_outputs, check_picture, replace_file, save_picture
 from nfopidn.formats import read_urdf
-from nfopidn.identification import identify
-from nfopidn.identification.identifier import LOSSES, MODELS, SIGNS
+from nfopidn.identification.identifier import LOSSES, MODELS, SIGNS, identify
+from nfopidn.identification.models import DRIVES
 from nfopidn.identification.table import QUANTITIES, read_columns
 
 
@@ -39,8 +39,10 @@ def _run(arguments: argparse.Namespace) -> int:
     check_picture(arguments.plot)
     if arguments.dark and not arguments.plot:
         raise ValueError("--dark is of a picture; give --plot too")
-    if arguments.output and arguments.model == "velocity":
-        raise ValueError("--output is a scenario, which the model velocity does not find; --result")
+    if arguments.output and arguments.model not in DRIVES:
+        raise ValueError(
+            f"--output is a scenario, which the model {arguments.model} does not find; --result"
+        )
     inputs = [
         one for one in (arguments.input, arguments.scenario, arguments.urdf) if one is not None
     ]

@@ -1,7 +1,6 @@
-"""From logs of commands and motion to a robot and its drive."""
+"""From logs of commands and motion to a robot and its drive: what nfopidn.identify() is made of."""
 
-from nfopidn.identification.identifier import identify
 from nfopidn.identification.residuals import Whiteness
-from nfopidn.identification.result import IdentificationResult
+from nfopidn.identification.table import read_columns
 
-__all__ = ["IdentificationResult", "Whiteness", "identify"]
+__all__ = ["Whiteness", "read_columns"]

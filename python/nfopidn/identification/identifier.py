@@ -12,17 +12,25 @@ from numpy.typing import NDArray
 
 from nfopidn._core import Motor, Robot
 from nfopidn.arguments import names_in, real_number, shown, suggestion, whole_number
-from nfopidn.identification.models import FREE, PARAMETERS, DriveModel, Parameter, VelocityModel
+from nfopidn.identification.models import (
+    DRIVES,
+    FREE,
+    PARAMETERS,
+    DriveModel,
+    OdometryModel,
+    Parameter,
+    VelocityModel,
+)
 from nfopidn.identification.motion import Motion, held, motion_of
 from nfopidn.identification.output_error import Fit, Problem, Simulator, fit, fit_states, simulated
 from nfopidn.identification.residuals import CHANNELS, OUTLIER, noise_of, whiteness
 from nfopidn.identification.result import IdentificationResult
-from nfopidn.identification.start import drive_start, velocity_start
+from nfopidn.identification.start import drive_start, odometry_start, velocity_start
 from nfopidn.identification.windows import Smoothed, Window, smoothed, windows_of
 
 Array = NDArray[np.float64]
 
-MODELS = ("torque", "voltage", "velocity")
+MODELS = ("torque", "voltage", "velocity", "odometry")
 SIGNS = ("paper", "rep103")
 LOSSES = ("huber", "squares")
 LEAST_WINDOWS = 4
@@ -66,7 +74,9 @@ def identify(
         uneven and repeat. Or a nfopidn.formats.Log, with the commands in `commands`.
     model
         "torque": mass, inertia, Coulomb and viscous friction. "voltage": the same behind `motor`.
-        "velocity": gain, turn_gain and lag of the speeds behind their commands.
+        "velocity": gain, turn_gain and lag of the speeds behind their commands. "odometry": the
+        wheels' radii and the track width, with which the encoders' counts give the poses; counts
+        and poses both are columns.
     robot
         wheel_radius and track_width, which poses and torques do not tell, and what stands for mass
         and inertia where the log does not tell them. The model "velocity" needs none.
@@ -118,6 +128,7 @@ def identify(
     """
     asked = _Request(
         model=_one_of("model", model, MODELS),
+        signs=_one_of("signs", signs, SIGNS),
         robot=_instance("robot", robot, Robot),
         motor=_instance("motor", motor, Motor),
         free=_free(model, free),
@@ -130,7 +141,6 @@ def identify(
     )
     if isinstance(delay, str):
         _one_of("delay", delay, ("whole", "fractional"))
-    signs = _one_of("signs", signs, SIGNS)
     if model != "velocity" and robot is None:
         raise ValueError(
             f"robot is None; model={model!r} needs a Robot with the wheel_radius and the "
@@ -148,6 +158,7 @@ class _Request:
     """The arguments, checked."""
 
     model: str
+    signs: str
     robot: Robot | None
     motor: Motor | None
     free: tuple[str, ...]
@@ -240,6 +251,10 @@ class _Identification:
         values = dict.fromkeys(self._parameters, 1.0)
         if asked.model == "velocity":
             values["lag"] = 2 * self._dt
+        elif asked.model == "odometry":
+            assert robot is not None
+            values = dict.fromkeys(self._parameters, robot.wheel_radius)
+            values["track_width"] = robot.track_width
         else:
             assert robot is not None
             values |= {"mass": robot.mass, "inertia": robot.inertia}
@@ -249,31 +264,36 @@ class _Identification:
         around = np.append(self._nodes - self._dt / 2, self._nodes[-1] + self._dt / 2)
         best: tuple[float, int, Mapping[str, float]] = (np.inf, self._delays()[0], {})
         for delay in self._delays():
-            command = self._commands(around, delay)
-            if asked.model == "velocity":
-                found, left = velocity_start(self._smooth, command, self._dt, half)
-            else:
-                assert robot is not None
-                model = DriveModel(self._dt, robot, asked.motor, (), values)
-                found, left = drive_start(self._smooth, model.torque(command), robot, half)
+            found, left = self._started(self._commands(around, delay), values, half)
             if left < best[0] and found:
                 best = (left, delay, found)
         self._delay: float = best[1]
         self._refuse_signs(best[2], best[0])
-        plus = {} if asked.model == "velocity" else self._drive_model((), values).added()
+        plus = self._drive_model((), values).added() if asked.model in DRIVES else {}
         for name, value in best[2].items():
             if name in asked.free:
                 own = max(value - plus.get(name, 0.0), 0.1 * value)
                 values[name] = max(own, self._parameters[name].low)
         return values
 
+    def _started(
+        self, command: Array, values: Mapping[str, float], half: int
+    ) -> tuple[dict[str, float], float]:
+        """Return parameters by least squares, and what they leave."""
+        if self._asked.model == "velocity":
+            return velocity_start(self._smooth, command, self._dt, half)
+        if self._asked.model == "odometry":
+            return odometry_start(self._smooth, command, half)
+        robot = self._asked.robot
+        assert robot is not None
+        torque = self._drive_model((), values).torque(command)
+        return drive_start(self._smooth, torque, robot, half)
+
     def _refuse_signs(self, found: Mapping[str, float], left: float) -> None:
         if left > 0.5:  # not clear enough to say anything of signs
             return
-        wrong = [
-            name for name in ("mass", "inertia", "gain", "turn_gain") if found.get(name, 1) < 0
-        ]
-        if wrong == ["inertia"]:
+        wrong = [name for name, value in found.items() if value < 0]
+        if wrong in (["inertia"], ["track_width"]):
             other = "; signs says whose left and right they are: the log's look like the other ones"
         elif wrong:
             other = "; a column has the other sign than it should"
@@ -291,7 +311,7 @@ class _Identification:
 
     def _scales(self) -> dict[str, float]:
         """Return typical values: of friction, of which 0 may be the value, by the torques."""
-        if self._asked.model == "velocity":
+        if self._asked.model not in DRIVES:
             return dict(self._values)
         robot = self._asked.robot
         assert robot is not None
@@ -323,6 +343,9 @@ class _Identification:
         simulate: Simulator
         if self._asked.model == "velocity":
             simulate = VelocityModel(self._dt, names, self._values)
+        elif self._asked.model == "odometry":
+            mirrored = self._asked.signs == "rep103"
+            simulate = OdometryModel(self._dt, names, self._values, mirrored)
         else:
             simulate = self._drive_model(names, self._values)
         length = max(8, round(self._asked.window / self._dt))
@@ -523,7 +546,7 @@ class _Identification:
         ]
         units = {name: self._parameters[name].unit for name in used} | {"delay": "samples"}
         torque = 1.0
-        if self._asked.model != "velocity":
+        if self._asked.model in DRIVES:
             given = self._drive_model((), self._values).torque(self._motion.command)
             torque = max(float(np.abs(given).max()) * values["torque_scale"], 1e-6)
         nodes = np.column_stack([self._nodes, self._smooth.pose])[self._smooth.good]

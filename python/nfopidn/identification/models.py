@@ -52,13 +52,21 @@ PARAMETERS: Mapping[str, Mapping[str, Parameter]] = {
         "turn_gain": Parameter("", _TINY, "hold several turn rates, left and right"),
         "lag": Parameter("s", _TINY, "change the commanded speeds in steps"),
     },
+    "odometry": {
+        "wheel_radius_left": Parameter("m", _TINY, "drive several metres"),
+        "wheel_radius_right": Parameter("m", _TINY, "drive several metres"),
+        "track_width": Parameter("m", _TINY, "turn, both ways"),
+    },
 }
 PARAMETERS = {**PARAMETERS, "voltage": PARAMETERS["torque"]}
+#: Models whose commands drive the plant.
+DRIVES = ("torque", "voltage")
 #: Those that are identified where `free` does not say.
 FREE: Mapping[str, tuple[str, ...]] = {
     "torque": ("mass", "inertia", "coulomb_friction", "viscous_friction"),
     "voltage": ("mass", "inertia", "coulomb_friction", "viscous_friction"),
     "velocity": ("gain", "turn_gain", "lag"),
+    "odometry": ("wheel_radius_left", "wheel_radius_right", "track_width"),
 }
 
 
@@ -178,3 +186,37 @@ class VelocityModel:
             mean = (ends[:-1] + 4 * middle[:, 0] * part(heading) + ends[1:]) / 6
             position.append(np.concatenate([[0.0], np.cumsum(mean * dt)]))
         return np.column_stack([*position, theta, speeds])
+
+
+class OdometryModel:
+    """Wheels that roll: their turning rates [rad/s], in the paper's sign, give the motion.
+
+    Parameters
+    ----------
+    mirrored
+        whether the pair's first is the wheel that the parameters call the right one.
+    """
+
+    def __init__(
+        self, dt: float, names: tuple[str, ...], fixed: Mapping[str, float], mirrored: bool
+    ) -> None:
+        self._dt, self._names, self._fixed = dt, names, dict(fixed)
+        sides = ("right", "left") if mirrored else ("left", "right")
+        self._radii = [f"wheel_radius_{side}" for side in sides]
+
+    def __call__(self, values: Array, cells: Array, speed: Array) -> Array:
+        """Return the states at the nodes, whatever `speed` is: a Simulator of output_error.py."""
+        given = {**self._fixed, **dict(zip(self._names, values.tolist(), strict=True))}
+        rims = cells * np.array([given[name] for name in self._radii])
+        v = rims.mean(axis=1)
+        omega = (rims[:, 0] - rims[:, 1]) / given["track_width"]
+        turned = omega * self._dt
+        theta = np.concatenate([[0.0], np.cumsum(turned)])
+        middle = theta[:-1] + 0.5 * turned
+        chord = v * self._dt * np.sinc(0.5 * turned / np.pi)
+        position = [
+            np.concatenate([[0.0], np.cumsum(chord * part(middle))]) for part in (np.cos, np.sin)
+        ]
+        speeds = np.column_stack([v, omega])
+        nodes = np.vstack([speeds[:1], 0.5 * (speeds[1:] + speeds[:-1]), speeds[-1:]])
+        return np.column_stack([*position, theta, nodes])

@@ -19,8 +19,9 @@ COMMANDS = {
     "torque": ("tau_left", "tau_right"),
     "voltage": ("voltage_left", "voltage_right"),
     "velocity": ("v_command", "omega_command"),
+    "odometry": ("counts_left", "counts_right"),
 }
-_UNITS = {"torque": "N m", "voltage": "V", "velocity": "m/s, rad/s"}
+_UNITS = {"torque": "N m", "voltage": "V", "velocity": "m/s, rad/s", "odometry": "counts"}
 _POSE = ("x", "y", "theta")
 _COUNTS = ("counts_left", "counts_right")
 LEAST_ROWS = 50
@@ -77,10 +78,12 @@ def motion_of(
     names = COMMANDS[model]
     counted = all(name in columns for name in _COUNTS)
     posed = all(name in columns for name in _POSE)
-    if not counted and not posed:
+    odometry = model == "odometry"
+    if not posed and (odometry or not counted):
         raise ValueError(
-            f"log has no column {_missing(columns, _POSE)}; it needs t, {', '.join(_POSE)} (or "
-            f"{' and '.join(_COUNTS)}) and {', '.join(names)} [{_UNITS[model]}]; it has "
+            f"log has no column {_missing(columns, _POSE)}; it needs t, {', '.join(_POSE)} "
+            f"{'' if odometry else '(or ' + ' and '.join(_COUNTS) + ') '}"
+            f"and {', '.join(names)} [{_UNITS[model]}]; it has "
             f"{', '.join(map(str, columns)) or 'none'}"
         )
     needed = ("t", *(_POSE if posed else _COUNTS), *names)
@@ -99,9 +102,11 @@ def motion_of(
         notes.append("commands have their own clock: the delay is that and the clocks' difference")
     if not posed:
         _reckon(of_pose, signs, robot, counts_per_turn, counter_range, notes)
-    elif counted:
+    elif counted and not odometry:
         notes.append("counts are not used, as there are poses")
     zero = of_pose["t"][0]
+    if odometry:
+        _rates(of_command, counts_per_turn, counter_range, notes)
     command = np.column_stack([of_command[name] for name in names])
     if model != "velocity" and signs == "rep103":
         command = command[:, ::-1]
@@ -207,11 +212,35 @@ def _reckon(
     """Add the poses that the wheels' counters tell."""
     if robot is None:
         raise ValueError("robot is None; counts become poses by its wheel_radius and track_width")
+    turned_by = _angles(columns, per_turn, counter_range, notes)
+    angles = [turned_by[name] for name in (_COUNTS if signs == "rep103" else _COUNTS[::-1])]
+    right_of_left = np.diff(angles[1]), np.diff(angles[0])
+    distance = 0.5 * robot.wheel_radius * (right_of_left[0] + right_of_left[1])
+    turned = robot.wheel_radius / robot.track_width * (right_of_left[0] - right_of_left[1])
+    theta = np.concatenate([[0.0], np.cumsum(turned)])
+    middle = theta[:-1] + 0.5 * turned
+    chord = distance * np.sinc(0.5 * turned / np.pi)
+    columns["theta"] = theta
+    columns["x"] = np.concatenate([[0.0], np.cumsum(chord * np.cos(middle))])
+    columns["y"] = np.concatenate([[0.0], np.cumsum(chord * np.sin(middle))])
+    notes.append(
+        "poses are reckoned from counts with the robot's wheel_radius "
+        f"{robot.wheel_radius:g} m and track_width {robot.track_width:g} m"
+    )
+
+
+def _angles(
+    columns: Mapping[str, Array],
+    per_turn: float | None,
+    counter_range: float | None,
+    notes: list[str],
+) -> dict[str, Array]:
+    """Return the angles of the wheels [rad] without the counters' jumps."""
     if per_turn is None:
         raise ValueError("counts_per_turn is None; must be the counts of a wheel's turn")
     turn = real_number("counts_per_turn", per_turn, 1, 1e9)
-    angles = []
-    for name in _COUNTS if signs == "rep103" else _COUNTS[::-1]:
+    angles = {}
+    for name in _COUNTS:
         counts = columns[name]
         if counter_range is not None:
             span = real_number("counter_range", counter_range, 2, 2.0**64)
@@ -227,20 +256,19 @@ def _reckon(
                 f"log[{name!r}] jumps by {shown(float(steps[place]))} counts in row {place + 1}; "
                 "where the counter goes round, counter_range says at what (65536 of 16 bits)"
             )
-        angles.append(counts * (2 * np.pi / turn))
-    right_of_left = np.diff(angles[1]), np.diff(angles[0])
-    distance = 0.5 * robot.wheel_radius * (right_of_left[0] + right_of_left[1])
-    turned = robot.wheel_radius / robot.track_width * (right_of_left[0] - right_of_left[1])
-    theta = np.concatenate([[0.0], np.cumsum(turned)])
-    middle = theta[:-1] + 0.5 * turned
-    chord = distance * np.sinc(0.5 * turned / np.pi)
-    columns["theta"] = theta
-    columns["x"] = np.concatenate([[0.0], np.cumsum(chord * np.cos(middle))])
-    columns["y"] = np.concatenate([[0.0], np.cumsum(chord * np.sin(middle))])
-    notes.append(
-        "poses are reckoned from counts with the robot's wheel_radius "
-        f"{robot.wheel_radius:g} m and track_width {robot.track_width:g} m"
-    )
+        angles[name] = counts * (2 * np.pi / turn)
+    return angles
+
+
+def _rates(
+    columns: dict[str, Array],
+    per_turn: float | None,
+    counter_range: float | None,
+    notes: list[str],
+) -> None:
+    """Put the wheels' turning rates until the next row [rad/s] in the place of the counts."""
+    for name, angle in _angles(columns, per_turn, counter_range, notes).items():
+        columns[name] = np.append(np.diff(angle) / np.diff(columns["t"]), 0.0)
 
 
 def held(motion: Motion, edges: Array, delay: float) -> Array:

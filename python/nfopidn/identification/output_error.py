@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 #: Values of the free parameters, commands (n, 2) of the cells, speeds v and omega at the start ->
 #: x, y, theta, v, omega (n + 1, 5) at the nodes, from the pose 0.
 Simulator = Callable[[Array, Array, Array], Array]
+#: R and right side of a window's first state, by the parameters, and which of its numbers matter.
+_Inner = tuple[Array, Array, Array, NDArray[np.bool_]]
 HUBER = 3.0  # standard deviations beyond which a residual counts by its size, not its square
 _STEP = 1e-4  # of central differences, of a parameter's scale
 _MOST_STEPS = 40
@@ -215,23 +217,24 @@ class _System:
         self._parts = [self._window(i) for i in range(len(problem.windows))]
         self.triangle, self._right, inner = self._eliminated(0.0)
         self.expected = 0.5 * float(self._right @ self._right)
-        self.expected += 0.5 * sum(float(right @ right) for _, right, _ in inner)
+        self.expected += 0.5 * sum(float(right @ right) for _, right, _, _ in inner)
 
-    def _eliminated(self, damping: float) -> tuple[Array, Array, list[tuple[Array, Array, Array]]]:
+    def _eliminated(self, damping: float) -> tuple[Array, Array, list[_Inner]]:
         """Return R and right side of the parameters, and what gives each window's first state."""
         count = len(self._values)
-        inner: list[tuple[Array, Array, Array]] = []
+        inner: list[_Inner] = []
         rows: list[Array] = []
         for residual, of_values, of_state in self._parts:
             both = np.column_stack([of_values, residual])
-            matrix = of_state
+            size = np.linalg.norm(of_state, axis=0)
+            seen = size > 0  # a model of odometry has no first speeds
+            matrix = of_state[:, seen]
             if damping > 0:
-                size = np.maximum(np.linalg.norm(of_state, axis=0), 1e-12)
-                matrix = np.vstack([of_state, np.sqrt(damping) * np.diag(size)])
-                both = np.vstack([both, np.zeros((5, count + 1))])
+                matrix = np.vstack([matrix, np.sqrt(damping) * np.diag(size[seen])])
+                both = np.vstack([both, np.zeros((int(seen.sum()), count + 1))])
             q, r = np.linalg.qr(matrix)
             inside = q.T @ both
-            inner.append((r, inside[:, count], inside[:, :count]))
+            inner.append((r, inside[:, count], inside[:, :count], seen))
             rows.append(_triangle(both - q @ inside))
         stacked = _triangle(np.vstack(rows))
         return stacked[:count, :count], stacked[:count, count], inner
@@ -289,8 +292,9 @@ class _System:
                 values[k] = max(values[k] + move[k] * problem.scale[k], problem.low[k])
                 move[k] = (values[k] - self._values[k]) / problem.scale[k]
         states = self._states.copy()
-        for i, (r, right_of_state, by_values) in enumerate(inner):
-            states[i] -= np.linalg.lstsq(r, right_of_state + by_values @ move, rcond=None)[0]
+        for i, (r, right_of_state, by_values, seen) in enumerate(inner):
+            moved = np.linalg.lstsq(r, right_of_state + by_values @ move, rcond=None)[0]
+            states[i, seen] -= moved
         return values, states
 
     def _move(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from typing import Any
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from nfopidn._core import Motor, Robot, Scenario
 from nfopidn.files import replace_file
+from nfopidn.identification.models import DRIVES
 from nfopidn.identification.residuals import Whiteness
 from nfopidn.trajectories import from_states
 
@@ -29,7 +30,7 @@ class IdentificationResult:
     Attributes
     ----------
     model
-        "torque", "voltage" or "velocity".
+        "torque", "voltage", "velocity" or "odometry".
     parameters
         values by name, `units` has their units; those that were not free or cannot be had are as
         they were given. `delay` is in samples of `dt`.
@@ -67,6 +68,12 @@ class IdentificationResult:
         (n,) number of the window, and whether it is one of validation.
     notes
         what was made of the log.
+    given_robot, motor
+        the arguments.
+    torque_limit
+        the largest torque in the log [N m].
+    nodes
+        (n, 4) t [s], x, y [m], theta [rad]: the smoothed motion.
     """
 
     model: str
@@ -91,14 +98,14 @@ class IdentificationResult:
     window: NDArray[np.intp]
     validation: NDArray[np.bool_]
     notes: tuple[str, ...]
-    given_robot: Robot | None
-    motor: Motor | None
-    torque_limit: float
-    nodes: Array
+    given_robot: Robot | None = field(repr=False)
+    motor: Motor | None = field(repr=False)
+    torque_limit: float = field(repr=False)
+    nodes: Array = field(repr=False)
 
     @property
     def robot(self) -> Robot:
-        """The robot that was given, with what was found of it.
+        """The robot that was given, with what was found of it; of two radii their mean.
 
         Raises
         ------
@@ -108,6 +115,11 @@ class IdentificationResult:
         if self.given_robot is None:
             raise ValueError("no robot was given, and the model velocity finds none by itself")
         p = self.parameters
+        if self.model == "odometry":
+            radii = p["wheel_radius_left"], p["wheel_radius_right"]
+            return self.given_robot.replace(
+                wheel_radius=sum(radii) / 2, track_width=p["track_width"]
+            )
         if self.model != "velocity":
             return self.given_robot.replace(mass=p["mass"], inertia=p["inertia"])
         return self.given_robot.replace(
@@ -125,10 +137,10 @@ class IdentificationResult:
         Raises
         ------
         ValueError
-            The model velocity has no plant, or the smoothed motion is no trajectory.
+            The models velocity and odometry have no plant, or the smoothed motion is no trajectory.
         """
-        if self.model == "velocity":
-            raise ValueError("model='velocity' finds no plant, which a Scenario has")
+        if self.model not in DRIVES:
+            raise ValueError(f"model={self.model!r} finds no plant, which a Scenario has")
         t, x, y, theta = self.nodes.T
         p = self.parameters
         return Scenario(

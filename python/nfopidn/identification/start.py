@@ -128,3 +128,31 @@ def velocity_start(
         if total and left / total < best[1]:
             best = (found, left / total)
     return best
+
+
+def odometry_start(smooth: Smoothed, rates: Array, half: int) -> tuple[dict[str, float], float]:
+    """Return radii and track width, and the share of the speeds that they leave.
+
+    The radii are taken to be alike. A track width below zero: left and right are the other ones.
+    """
+    speed, _ = speeds(smooth)
+    place = np.arange(len(rates))
+    use = smooth.good & (place >= half) & (place < len(rates) - half)
+    mean = averaged(rates, half)[use]
+    terms = (0.5 * mean.sum(axis=1), mean[:, 0] - mean[:, 1])
+    factors, left, total = [np.nan, np.nan], 0.0, 0
+    for axis, term in enumerate(terms):
+        power = float(term @ term)
+        if power < 1e-6 * max(float(np.sum(mean**2)), 1e-12):
+            continue
+        factors[axis] = float(term @ speed[use, axis]) / power
+        rest = speed[use, axis] - factors[axis] * term
+        left += float(np.var(rest)) / max(float(np.var(speed[use, axis])), 1e-12)
+        total += 1
+    radius, per_track = factors
+    found = {}
+    if np.isfinite(radius):
+        found = {"wheel_radius_left": radius, "wheel_radius_right": radius}
+        if np.isfinite(per_track) and per_track != 0:
+            found["track_width"] = radius / per_track
+    return found, left / max(total, 1)

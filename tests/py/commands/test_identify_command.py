@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from identification_logs import drive, log_of, steps
+from identification_logs import DT, drive, log_of, steps
 from nfopidn import Motor, Robot, Scenario, Trajectory, identify
 from nfopidn.commands.entry import main
 from nfopidn.identification.table import read_columns
@@ -104,19 +104,21 @@ def test_voltages(log, scenario, tmp_path):
 
 
 def test_counters(log, scenario, tmp_path):
-    turns = {name: np.zeros(601) for name in ("counts_left", "counts_right")}
-    path = write(tmp_path / "counts.csv", {"t": log["t"], **turns, "tau_left": log["tau_left"]})
-    words = ["identify", path, "--scenario", scenario]
-    assert main(words) == 2  # no tau_right
-    expected = {"--counts-per-turn": "0.5", "--counter-range": "1"}
-    path = write(
-        tmp_path / "both.csv",
-        {"t": log["t"], **turns, "tau_left": log["tau_left"], "tau_right": log["tau_right"]},
-    )
-    for option, value in expected.items():
-        given = {"--counts-per-turn": "64", "--counter-range": "64", option: value}
-        pairs = [word for pair in given.items() for word in pair]
-        assert main(["identify", path, "--scenario", scenario, *pairs]) == 2
+    torque = steps(601)
+    rows = drive(torque, delay=1)
+    distance = np.concatenate([[0], np.cumsum(0.5 * (rows[1:, 3] + rows[:-1, 3]) * DT)])
+    counts = {
+        f"counts_{name}": np.round((distance + side * 0.226 * rows[:, 2]) / 0.076 * 1000) % 5000
+        for name, side in (("left", 1), ("right", -1))
+    }
+    poses = {name: log[name] for name in ("t", "x", "y", "theta")}
+    path = write(tmp_path / "counts.csv", {**poses, **counts})
+    words = [path, "--model", "odometry", "--scenario", scenario]
+    assert main(["identify", *words, "--counter-range", "5000"]) == 2  # of how many a turn?
+    words += ["--counts-per-turn", repr(2000 * np.pi)]
+    told = result_of([*words, "--counter-range", "5000"], tmp_path)
+    assert told["parameters"]["wheel_radius_left"] == pytest.approx(0.076, rel=0.005)
+    assert told["parameters"]["track_width"] == pytest.approx(0.452, rel=0.005)
 
 
 def test_urdf(table, tmp_path, monkeypatch):

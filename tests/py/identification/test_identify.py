@@ -265,6 +265,36 @@ def test_speeds_behind_their_commands():
         _ = identify(log, "velocity", delay=2).robot
 
 
+def rolled(rows, radii, track):
+    """Angles of the wheels (n, 2), the first turning the robot counter-clockwise."""
+    v = 0.5 * (rows[1:, 3] + rows[:-1, 3])
+    distance = np.concatenate([[0], np.cumsum(v * DT)])
+    return np.column_stack(
+        [
+            (distance + side * track / 2 * rows[:, 2]) / radius
+            for side, radius in zip((1, -1), radii, strict=True)
+        ]
+    )
+
+
+@pytest.mark.parametrize("signs", ["paper", "rep103"])
+def test_wheels_of_counts_and_poses(driven, signs):
+    angles = rolled(driven[1], (0.0745, 0.0775), 0.47)
+    counts = np.round(angles / (2 * np.pi) * 4096) % 65536
+    log = {name: column for name, column in log_of(*driven).items() if "tau" not in name}
+    sides = ("left", "right") if signs == "paper" else ("right", "left")
+    log |= {f"counts_{side}": counts[:, i] for i, side in enumerate(sides)}
+    given = {"counts_per_turn": 4096, "counter_range": 65536, "delay": 0}
+    result = identify(log, "odometry", robot=ROBOT, signs=signs, **given)
+    for side, radius in zip(sides, (0.0745, 0.0775), strict=True):
+        assert result.parameters[f"wheel_radius_{side}"] == pytest.approx(radius, rel=0.004)
+    assert result.parameters["track_width"] == pytest.approx(0.47, rel=0.004)
+    assert result.robot.wheel_radius == pytest.approx(0.076, rel=0.004)
+    other = "rep103" if signs == "paper" else "paper"
+    with pytest.raises(ValueError, match=r"track_width -.*signs says"):
+        identify(log, "odometry", robot=ROBOT, signs=other, **given)
+
+
 def test_json_has_all_but_the_rows(found, tmp_path):
     text = found.to_json(tmp_path / "result.json")
     assert (tmp_path / "result.json").read_text() == text

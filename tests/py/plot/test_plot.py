@@ -111,12 +111,13 @@ def test_matplotlib_is_loaded_by_the_first_figure_only():
 
 def test_module_lists_its_functions_and_no_others():
     # Drawn in test_tune.py, test_compare.py, test_fractional.py, test_stability_plots.py,
-    # test_robustness_plots.py, test_monte_carlo_plots.py and test_pareto_plots.py.
+    # test_robustness_plots.py, test_monte_carlo_plots.py, test_pareto_plots.py and
+    # test_identify.py.
     elsewhere = ["convergence", "discretisation", "basin", "multipliers", "operator_z_plane"]
     elsewhere += ["comparison", "distances", "paths"]
     elsewhere += ["margin_bars", "path_bundle", "variation_costs"]
     elsewhere += ["cost_histogram", "failures", "quantile_bands", "tornado"]
-    elsewhere += ["hypervolume", "pareto_front"]
+    elsewhere += ["hypervolume", "pareto_front", "identification"]
     assert sorted(plot.__all__) == sorted([*ALL, *elsewhere])
     assert set(plot.__all__) <= set(dir(plot))
     for name in plot.__all__:
