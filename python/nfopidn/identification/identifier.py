@@ -35,6 +35,8 @@ SIGNS = ("paper", "rep103")
 LOSSES = ("huber", "squares")
 LEAST_WINDOWS = 4
 _UNSURE = 0.3  # relative standard error beyond which a parameter counts as not told
+_BESIDE = (0.93, 1.07)  # of the parameters: where the last fit begins again
+_FEW_STEPS = 15  # from there
 _SINGULAR = 1e-3  # of the normalised Jacobian
 
 
@@ -426,6 +428,22 @@ class _Identification:
             return fits[found.x]
         return start
 
+    def _polished(self, found: _Found) -> _Found:
+        """Fit again from parameters beside, and return the best.
+
+        Where a wheel stops or breaks away the simulated motion has kinks, and the squares minima
+        of no meaning.
+        """
+        best = found
+        logarithmic = found.problem.low > 0
+        for factor in _BESIDE:
+            values = np.where(logarithmic, found.fit.values * factor, found.fit.values)
+            beside = fit_states(found.problem, values, found.fit.states)
+            tried = fit(found.problem, values, beside.states, _FEW_STEPS)
+            if tried.cost < best.fit.cost:
+                best = replace(found, fit=tried)
+        return best
+
     def _renoised(self, found: _Found, places: Sequence[int]) -> _Found:
         """Weight by the noise that the residuals show, and fit again."""
         count = found.fit.values.size + found.fit.states.size
@@ -476,7 +494,7 @@ class _Identification:
             errors[1] = _error(judged, self._deviation(), 0)
             states[validation] = judged.states
         whole = replace(found, fit=replace(found.fit, states=states))
-        final = self._found(told, self._delay, whole, range(len(self._windows)))
+        final = self._polished(self._found(told, self._delay, whole, range(len(self._windows))))
         return self._report(final, errors, validation)
 
     def _refuse_rest(self) -> None:

@@ -25,6 +25,8 @@ _Inner = tuple[Array, Array, Array, NDArray[np.bool_]]
 HUBER = 3.0  # standard deviations beyond which a residual counts by its size, not its square
 _STEP = 1e-4  # of central differences, of a parameter's scale
 _MOST_STEPS = 40
+_LEAST_GAIN = 1e-3  # of half a sum of squares of standard deviations
+_MOST_SLOW = 3  # steps that gain next to nothing
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def simulated(problem: Problem, i: int, values: Array, state: Array) -> Array:
 
 def fit(problem: Problem, values: Array, states: Array, most: int = _MOST_STEPS) -> Fit:
     """Minimise from `values` (q,) and `states` (windows, 5)."""
-    damping = 1e-3
+    damping, slow = 1e-3, 0
     cost = _cost(problem, values, states)
     system = _System(problem, values, states)
     for _ in range(most):
@@ -114,7 +116,9 @@ def fit(problem: Problem, values: Array, states: Array, most: int = _MOST_STEPS)
             values, states, cost = moved_values, moved_states, moved_cost
             system = _System(problem, values, states)
             damping = max(damping * 0.2, 1e-9)
-            if gained <= 1e-6 * (1 + cost):
+            slow = slow + 1 if gained <= 1e-6 * (1 + cost) else 0
+            # A damped step may gain little where an undamped one would more.
+            if slow and (system.expected <= _LEAST_GAIN or slow >= _MOST_SLOW):
                 break
         else:
             damping *= 8
