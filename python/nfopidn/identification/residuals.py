@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 Array = NDArray[np.float64]
 
@@ -52,6 +51,8 @@ def whiteness(residuals: Sequence[Array], estimated: float = 0.0) -> Whiteness:
     The windows' own first states, `estimated` numbers of the channel in each, take something out of
     the residuals, which correlates them a little, negatively; that is allowed for.
     """
+    from scipy.stats import chi2
+
     lags = max(1, min(LAGS, min(len(r) for r in residuals) // 2))
     centred = [
         np.clip(r, *(np.array([-1, 1]) * OUTLIER * _deviation(residuals))) for r in residuals

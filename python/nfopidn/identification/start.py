@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from nfopidn._core import Robot
 from nfopidn.identification.windows import Smoothed
@@ -108,6 +107,8 @@ def velocity_start(
 
     For each of a row of lags the commands are let lag, and the speeds fitted to what comes out.
     """
+    from scipy.signal import lfilter
+
     speed, _ = speeds(smooth)
     place = np.arange(len(command))
     use = smooth.good & (place >= half) & (place < len(command) - half)

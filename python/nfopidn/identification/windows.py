@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from nfopidn.identification.motion import Motion
 
@@ -87,6 +86,8 @@ def smoothed(motion: Motion, nodes: Array) -> Smoothed:
 
 def _without_outliers(pose: Array) -> Array:
     """Return the poses with what lies far from a running median put there."""
+    from scipy.ndimage import median_filter
+
     middle = median_filter(pose, size=(5, 1), mode="nearest")
     away = np.abs(pose - middle)
     limit = 10 * np.maximum(1.4826 * np.median(away, axis=0), 1e-9)

@@ -8,8 +8,8 @@
 //   is_exact()                        whether the integrator is the exact one
 //   heading(state)                    cosine and sine of the robot's heading
 // The input is a pair (left, right): torques [N m] of DifferentialDrive, voltages [V] of
-// MotorDrive. The controller that runs on a plant gives its input. Of a scenario that is RobotDrive,
-// which takes torques and may have motors.
+// MotorDrive. The controller that runs on a plant gives its input. Of a scenario that is
+// RobotDrive, which takes torques and may have motors.
 #pragma once
 
 #include "nfopidn/foundation/traits.hpp"
