@@ -278,7 +278,7 @@ class Stepper {
   TorquePair<V> smooth_;  // accelerations of the wheels without Coulomb friction
 };
 
-// With viscous friction: so much more work that a call is nothing beside it.
+// With viscous friction: so much more work that a call costs little beside it.
 template <class V, class Number>
 NFOPIDN_NOINLINE void braked_step(const Acceleration<Number>& acceleration,
                                   const FrictionCoefficients<Number>& friction, double span,

@@ -38,7 +38,7 @@ class DaskCluster(Engine):
         return max(1, self._counted)
 
     def check(self) -> None:
-        """Refuse a client that is closed or is for coroutines; warn of a cluster of nobody."""
+        """Refuse a client that is closed or is for coroutines; warn of one without workers."""
         if self._client.status != "running":
             raise ValueError(f"workers is {self.title} that is {self._client.status}; must be open")
         if self._client.asynchronous:

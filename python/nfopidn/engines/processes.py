@@ -26,7 +26,7 @@ class Processes(Pool):
         return ProcessPoolExecutor(self._count, initializer=_settle)
 
     def renew(self, error: BaseException) -> None:
-        """Start processes anew."""
+        """Start processes again."""
         warn_of_death(self.title)
         self.stop()
 

@@ -131,7 +131,7 @@ class Analysis:
         return np.asarray(runs.metrics(values, first_seed, step, workers)[:, kept])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Tell pickle what it is made of: the core's runs are made anew."""
+        """Tell pickle what it is made of: the core's runs are made again."""
         return Analysis, (self.family, self.controller, self.draws, self.columns)
 
     def __call__(self, span: tuple[int, int]) -> Array:

@@ -105,7 +105,7 @@ def _check_outliers(
 def _check_jumps(
     t: _Array, step: _Array, speed: _Array, usual: float, number: NDArray[np.int64]
 ) -> None:
-    """Refuse a single step that is far longer than all others: a pose that was set anew."""
+    """Refuse a single step that is far longer than all others: a pose that was reset."""
     order = np.sort(speed)
     k = int(np.argmax(speed))
     if usual > 0 and speed[k] > 4 * _FASTER * max(usual, float(order[-2])):

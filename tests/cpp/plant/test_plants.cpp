@@ -30,9 +30,7 @@ struct Commands {
   using Plant = RobotDrive<double>;
   static constexpr double size_of_input = 0.4;  // [N m]
   static Plant make(Integrator integrator, double span, int substeps = 1) {
-    // Ideal ones, of which the inverse is the robot's own.
-    static const Motor<double> ideal = {2.4, 0.012, 0, 30, 0, 0, 0, 1e6};
-    return {base_robot, {0.02, 0}, &ideal, integrator, span, substeps};
+    return {base_robot, {0.02, 0}, &some_motor, integrator, span, substeps};
   }
 };
 

@@ -134,12 +134,13 @@ constexpr int run_piece(const Plant& plant, Law& law, LoopState<Scalar>& loop, I
       total = meter;
       return k;
     }
-    if constexpr (tells_available<Plant, Scalar> && learns_available<Law, Scalar>) {
-      if (plant.has_motors()) law.learn_available(torque, plant.available(state, torque));
-    }
     // Delay.
     const TorquePair<Scalar> applied = loop.delay.pass(torque);
     observe(k, state, torque, applied);
+    // After the observer, which is shown the feedback that was commanded.
+    if constexpr (tells_available<Plant, Scalar> && learns_available<Law, Scalar>) {
+      if (plant.has_motors()) law.learn_available(torque, plant.available(state, torque));
+    }
     // Move.
     plant.advance(state, heading, applied, inputs.disturbance_at(k));
   }

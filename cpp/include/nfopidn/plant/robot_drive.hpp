@@ -48,12 +48,18 @@ class RobotDrive {
             driven_.motor().available(torque.right, speeds.right)};
   }
 
-  // The commands that give the accelerations at the state's speeds, with the viscous friction made
-  // up for and without Coulomb friction.
+  // The commands that give the accelerations at the state's speeds, with the rotors' inertia and
+  // the viscous friction made up for and without Coulomb friction and dead band. The supply's limit
+  // is not applied.
   template <class Scalar>
   constexpr TorquePair<Scalar> inverse(const State<Scalar>& state, const Scalar& linear,
                                        const Scalar& angular) const {
-    return plain_.inverse(state, linear, angular);
+    if (!has_motors_) return plain_.inverse(state, linear, angular);
+    const Motor<Base>& motor = driven_.motor();
+    const TorquePair<Scalar> voltage = driven_.inverse(state, linear, angular);
+    const TorquePair<Scalar> speeds = wheel_speeds(robot_, state.v, state.omega);
+    return {voltage.left * motor.torque_per_volt() - speeds.left * motor.back_emf_damping(),
+            voltage.right * motor.torque_per_volt() - speeds.right * motor.back_emf_damping()};
   }
 
   template <class Scalar>
